@@ -108,6 +108,8 @@ pub struct Entry {
     pub left: Operand,
     /// `=`, `<=` or `=>`, and the right side.
     pub right: Option<(Name, Operand)>,
+    /// Where a `-` stands before the right side.
+    pub minus: Option<Span>,
 }
 
 /// One side of an entry.

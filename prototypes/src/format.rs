@@ -57,7 +57,10 @@ fn operand(operand: &Operand, text: &str) -> String {
 fn entry(entry: &Entry, text: &str) -> String {
     let left = operand(&entry.left, text);
     match &entry.right {
-        Some((relation, right)) => format!("{left} {} {}", relation.text, operand(right, text)),
+        Some((relation, right)) => {
+            let minus = if entry.minus.is_some() { "-" } else { "" };
+            format!("{left} {} {minus}{}", relation.text, operand(right, text))
+        }
         None => left,
     }
 }

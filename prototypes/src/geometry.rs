@@ -71,7 +71,7 @@ const fn composite(
 }
 
 /// The meanings of the domain `geometry`.
-pub const GEOMETRY: [Semantic; 15] = [
+pub const GEOMETRY: [Semantic; 16] = [
     semantic_of("Position", "a point in a frame", "m", SPACE),
     semantic_of("Orientation", "a rotation of a frame", "1", ROTATION),
     composite(
@@ -116,6 +116,12 @@ pub const GEOMETRY: [Semantic; 15] = [
         &[],
         &[("Force", "Force"), ("Torque", "Torque")],
     ),
+    semantic_of(
+        "Inertia",
+        "mass, centre of mass, and tensor about it, of a body",
+        "kg",
+        &["inertia"],
+    ),
     semantic_of("JointState", "state of a revolute joint", "rad", &["joint"]),
     semantic_of("Range", "a distance that was measured", "m", &["distance"]),
     semantic_of(
@@ -134,9 +140,10 @@ pub const GEOMETRY: [Semantic; 15] = [
 
 const ANGLE: Option<&str> = Some("rad");
 const PURE: Option<&str> = Some("1");
+const TENSOR: Option<&str> = Some("kg*m^2");
 
 /// The coordinates, without the 24 Euler orders: see [`coordinate`].
-pub const COORDINATES: [Coordinate; 16] = [
+pub const COORDINATES: [Coordinate; 17] = [
     coordinate_of(
         "cartesian",
         "along the axes",
@@ -196,6 +203,22 @@ pub const COORDINATES: [Coordinate; 16] = [
         "homogeneous_row_vectors",
         "a matrix for row vectors: the translation is in the last row",
         &HOMOGENEOUS_ROW,
+    ),
+    coordinate_of(
+        "inertia",
+        "the mass, the centre of mass along the axes, and the tensor about it",
+        &[
+            ("mass", Some("kg")),
+            ("x", Some("m")),
+            ("y", Some("m")),
+            ("z", Some("m")),
+            ("xx", TENSOR),
+            ("xy", TENSOR),
+            ("xz", TENSOR),
+            ("yy", TENSOR),
+            ("yz", TENSOR),
+            ("zz", TENSOR),
+        ],
     ),
     coordinate_of("distance", "a number", &[("distance", None)]),
     coordinate_of("seconds", "a number", &[("seconds", Some("s"))]),

@@ -100,17 +100,30 @@ pub(crate) fn pairs<'m>(
     right: &Side<'_>,
     found: &mut Diagnostics,
 ) -> Vec<(&'m Operand, &'m Operand)> {
+    let all = pairs_with(map, (left, right), false, found);
+    all.into_iter()
+        .map(|(one, other, _)| (one, other))
+        .collect()
+}
+
+/// The pairs of a map whose sides fit, and whether a `-` stands between them, if it may.
+pub(crate) fn pairs_with<'m>(
+    map: &'m Map,
+    (left, right): (&Side<'_>, &Side<'_>),
+    takes_opposites: bool,
+    found: &mut Diagnostics,
+) -> Vec<(&'m Operand, &'m Operand, bool)> {
     let (mut on_left, mut on_right) = (HashMap::new(), HashMap::new());
     let mut pairs = Vec::new();
     let mut wrong = HashSet::new();
     for entry in &map.entries {
-        let Some((one, other)) = sides(entry, found) else {
+        let Some((one, other)) = sides(entry, takes_opposites, found) else {
             wrong.insert(entry.span.start);
             continue;
         };
         let fits = left.fits(one, &mut on_left, found);
         if right.fits(other, &mut on_right, found) && fits {
-            pairs.push((one, other));
+            pairs.push((one, other, entry.minus.is_some()));
         }
     }
     if wrong.is_empty() {
@@ -120,13 +133,21 @@ pub(crate) fn pairs<'m>(
     pairs
 }
 
-/// Both sides of an entry with `=`.
+/// Both sides of an entry with `=`. `takes_opposites`: a `-` may stand before the right one.
 pub(crate) fn sides<'m>(
     entry: &'m Entry,
+    takes_opposites: bool,
     found: &mut Diagnostics,
 ) -> Option<(&'m Operand, &'m Operand)> {
     match &entry.right {
-        Some((relation, right)) if relation.text == "=" => Some((&entry.left, right)),
+        Some((relation, right)) if relation.text == "=" => {
+            if let Some(minus) = entry.minus.filter(|_| !takes_opposites) {
+                let message = "only members of `dr` are the opposite of a value";
+                found.push(Diagnostic::error("wrong-entry", minus, message));
+                return None;
+            }
+            Some((&entry.left, right))
+        }
         _ => {
             let message = format!("expected `{} = VALUE`", entry.left.text());
             found.push(Diagnostic::error("wrong-entry", entry.span, message));

@@ -132,6 +132,9 @@ pub struct Datum {
     /// How it is stored, where that is known: for types of interfaces, and of C.
     #[serde(serialize_with = "word")]
     pub number: Option<Primitive>,
+    /// Whether the type holds the opposite of the number: `YGyr = -y`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_opposite: bool,
 }
 
 #[expect(
@@ -250,6 +253,7 @@ impl Library {
                 member: format!("{}.{at}", covariance.member),
                 unit: None,
                 number: covariance.number,
+                is_opposite: false,
             }));
         }
         Some(out)

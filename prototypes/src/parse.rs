@@ -161,11 +161,12 @@ fn entries(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Map {
     let parts = pair.into_inner();
     let entries = parts.filter(|part| part.as_rule() == Rule::entry);
     let entries = entries.filter_map(|part| {
-        let (mut sides, mut relation) = (Vec::new(), None);
+        let (mut sides, mut relation, mut minus) = (Vec::new(), None, None);
         for part in part.into_inner() {
             match part.as_rule() {
                 Rule::operand => sides.extend(operand(r, part.into_inner().next()?)),
                 Rule::relation => relation = Some(r.name(&part)),
+                Rule::minus => minus = Some(trimmed(r, &part)),
                 _ => {}
             }
         }
@@ -177,6 +178,7 @@ fn entries(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Map {
             span: left.span.to(end),
             left,
             right,
+            minus,
         })
     });
     Map {
@@ -224,6 +226,7 @@ rc_syntax::language!("declarations such as `dproto NAME :: DOMAIN { … }`", wor
     map => "`{`",
     entry | operand => "an entry",
     relation => "`=`, `<=` or `=>`",
+    minus => "`-`",
     index => "`{ROW, COLUMN}`",
     member => "`member`",
     symbol => "a name or a number",

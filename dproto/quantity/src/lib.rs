@@ -40,7 +40,7 @@ pub use axes::{Axes, Direction, NoAxes};
 pub use conversion::Conversion;
 pub use dimension::{Base, Dimension};
 pub use factor::Factor;
-pub use motion::{Layout, Spatial, Transform, covariance};
+pub use motion::{Inertia, Layout, Spatial, Transform, covariance};
 pub use parse::{MAX_LENGTH, UnitError, UnitProblem};
 pub use real::Real;
 pub use scale::Scale;

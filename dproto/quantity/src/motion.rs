@@ -30,6 +30,17 @@ pub struct Spatial<T = f64> {
     pub linear: [T; 3],
 }
 
+/// The inertia of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia<T = f64> {
+    /// The mass.
+    pub mass: T,
+    /// The centre of mass, in the frame.
+    pub centre: [T; 3],
+    /// The tensor about the centre of mass, along the axes of the frame.
+    pub tensor: Matrix<T>,
+}
+
 fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
@@ -77,6 +88,18 @@ impl<T: Real> Transform<T> {
         Spatial {
             angular,
             linear: sum(linear, cross(self.translation, angular)),
+        }
+    }
+
+    /// This inertia, in the other frame: `c' = R c + t` and `I' = R I Rᵀ`, which is the congruence of the
+    /// spatial inertia with the adjoint (Featherstone, Rigid Body Dynamics Algorithms, 2.13).
+    #[must_use]
+    pub fn inertia(&self, inertia: &Inertia<T>) -> Inertia<T> {
+        let turned = product(&self.rotation, &inertia.tensor);
+        Inertia {
+            mass: inertia.mass,
+            centre: self.point(inertia.centre),
+            tensor: product(&turned, &transposed(&self.rotation)),
         }
     }
 

@@ -77,6 +77,16 @@ impl Recorder {
         state.numbers.get(at).copied().unwrap_or(Primitive::F64)
     }
 
+    /// The number of which a node is the opposite, with the bits that it had.
+    fn opposite(&self, at: usize) -> Option<Term<'_>> {
+        let state = self.state.borrow();
+        let node = state.nodes.get(at)?;
+        match (&node.operation, node.operands.as_slice()) {
+            (Operation::Negate, [Operand::Node(of)]) => Some(Term::Node(self, *of)),
+            _ => None,
+        }
+    }
+
     /// The results of a function of the user for some terms.
     pub fn call(
         &self,
@@ -277,7 +287,10 @@ impl Neg for Term<'_> {
         };
         match self {
             Self::Constant(value) => Self::Constant(-value),
-            Self::Node(recorder, _) => recorder.record(Operation::Negate, &[self], number),
+            Self::Node(recorder, at) => match recorder.opposite(at) {
+                Some(of) => of,
+                None => recorder.record(Operation::Negate, &[self], number),
+            },
         }
     }
 }

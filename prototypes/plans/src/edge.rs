@@ -1,5 +1,6 @@
 //! One step: the conversion between two shapes.
 
+use crate::inertia;
 use crate::loss::Bound;
 use crate::plan::Kind;
 use crate::refusal::Refusal;
@@ -21,6 +22,20 @@ pub(crate) fn convert<'r>(
     input: &[Term<'r>],
     notes: &mut Notes,
 ) -> Result<Vec<Term<'r>>, Refusal> {
+    if from.opposites() != to.opposites() {
+        notes.kinds.insert(Kind::Axes);
+    }
+    let out = meanings(from, to, aliases, &from.signed(input), notes)?;
+    Ok(to.signed(&out))
+}
+
+fn meanings<'r>(
+    from: &Shape,
+    to: &Shape,
+    aliases: &[Alias],
+    input: &[Term<'r>],
+    notes: &mut Notes,
+) -> Result<Vec<Term<'r>>, Refusal> {
     match (from, to) {
         (Shape::Leaf(from), Shape::Leaf(to)) => leaves(from, to, aliases, input, notes),
         (Shape::Parts(_), Shape::Parts(parts)) => {
@@ -30,7 +45,7 @@ pub(crate) fn convert<'r>(
                 let missing = || Refusal::Missing(name.clone());
                 let (from, range) = from.part(name).ok_or_else(missing)?;
                 let input = input.get(range).ok_or_else(missing)?;
-                out.extend(convert(from, to, aliases, input, notes)?);
+                out.extend(meanings(from, to, aliases, input, notes)?);
             }
             Ok(out)
         }
@@ -193,6 +208,14 @@ fn leaves<'r>(
                 to,
                 notes,
             )
+        }
+        "Inertia" => {
+            let change = vector::change(from.axes, to.axes, false, notes);
+            if change.is_none() {
+                return roles(from, to, input, notes);
+            }
+            let own = inertia::load(from, input, notes)?;
+            inertia::store(&inertia::changed(own, change.as_ref()), to, notes)
         }
         "TimeStamp" if from.coordinate != to.coordinate => time(from, to, input, notes),
         "TimeStamp" | "Range" | "JointState" => roles(from, to, input, notes),

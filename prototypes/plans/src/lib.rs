@@ -9,6 +9,7 @@ mod block;
 mod covariance;
 mod edge;
 mod formula;
+mod inertia;
 mod loss;
 mod moving;
 mod network;

@@ -1,6 +1,7 @@
 //! Converts values to another frame, by a transform that is known when a message comes.
 
 use crate::edge::{homogeneous, pose_of_leaf};
+use crate::inertia;
 use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{Leaf, Shape};
@@ -8,7 +9,7 @@ use crate::values::Notes;
 use crate::vector::{self, Vector, is_axial};
 use rc_formula::Term;
 use rc_quantity::rotation::{Matrix, product, turned};
-use rc_quantity::{Axes, Spatial, Transform};
+use rc_quantity::{Axes, Inertia, Spatial, Transform};
 
 /// How many numbers a transform has: the rows of `[R | t]`, between two frames with the axes of
 /// ROS, in metres.
@@ -24,6 +25,7 @@ const WRENCH: [&str; 2] = ["Force", "Torque"];
 struct Placed<'r> {
     vectors: Vec<(&'static str, Vector<'r>)>,
     turn: Option<Matrix<Term<'r>>>,
+    inertia: Option<Inertia<Term<'r>>>,
 }
 
 /// The transform whose numbers these are.
@@ -92,6 +94,7 @@ fn placed<'r>(
     let mut here = Placed {
         vectors: Vec::with_capacity(there.vectors.len()),
         turn: there.turn.map(|own| product(&transform.rotation, &own)),
+        inertia: there.inertia.map(|own| transform.inertia(&own)),
     };
     let is_part = matches!(from, Shape::Parts(_));
     for pair in [TWIST, WRENCH].iter().filter(|_| is_part) {
@@ -211,6 +214,11 @@ fn load<'r>(
             out.vectors.push(("Position", position));
             turn
         }
+        "Inertia" => {
+            let own = inertia::load(leaf, input, notes)?;
+            out.inertia = Some(inertia::changed(own, change(false)?.as_ref()));
+            return Ok(());
+        }
         other => return Err(Refusal::Still(other.to_owned())),
     };
     out.turn = Some(rotation::changed(turn, change(false)?.as_ref()));
@@ -247,6 +255,10 @@ fn store<'r>(
     match leaf.semantic.as_str() {
         "Orientation" => rotation::store(&turn()?, leaf, notes),
         "Pose" => homogeneous(vector("Position")?, &turn()?, leaf, notes),
+        "Inertia" => {
+            let own = here.inertia.ok_or(Refusal::NoWay)?;
+            inertia::store(&inertia::changed(own, change(false)?.as_ref()), leaf, notes)
+        }
         other => Err(Refusal::Still(other.to_owned())),
     }
 }

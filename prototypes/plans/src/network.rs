@@ -131,7 +131,7 @@ impl<'l> Network<'l> {
             let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
             terms.extend(covariance::convert(
                 &ends,
-                (&inputs, &own),
+                (&input.signed(&inputs), &own),
                 None,
                 &mut of_covariance,
             )?);
@@ -216,9 +216,11 @@ impl<'l> Network<'l> {
         }
         notes.kinds.insert(Kind::Frames);
         let mut of_values = Notes::default();
-        let mut terms = moving::convert(input, output, (&inputs, &transform), &mut of_values)?;
+        let meant = input.signed(&inputs);
+        let moved = moving::convert(input, output, (&meant, &transform), &mut of_values)?;
+        let mut terms = output.signed(&moved);
         if spread > 0 {
-            let given = (&inputs[..], &own[..]);
+            let given = (&meant[..], &own[..]);
             let of_spread = covariance::convert(&ends, given, Some(&transform), &mut of_values)?;
             terms.extend(of_spread);
         } else if one.covariance.is_some() || other.covariance.is_some() {

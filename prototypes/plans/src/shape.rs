@@ -1,5 +1,6 @@
 //! Prototypes as the conversions see them: leaves with numbers, and their parts.
 
+use rc_formula::Term;
 use rc_prototypes::model::{Content, Library, Prototype};
 use rc_prototypes::{coordinate, semantic};
 use rc_quantity::Axes;
@@ -45,6 +46,8 @@ pub(crate) struct Value {
     pub(crate) number: Primitive,
     /// Where it is, for comments in code.
     pub(crate) member: String,
+    /// Whether the type holds the opposite of it.
+    pub(crate) is_opposite: bool,
 }
 
 impl Shape {
@@ -65,6 +68,26 @@ impl Shape {
             Self::Leaf(leaf) => leaf.values.len(),
             Self::Parts(parts) => parts.iter().map(|(_, part)| part.len()).sum(),
         }
+    }
+
+    /// The roles of the numbers of which the type holds the opposite.
+    pub(crate) fn opposites(&self) -> Vec<&str> {
+        let values = self.values().into_iter();
+        let own = values.filter(|value| value.is_opposite);
+        own.map(|value| value.role.as_str()).collect()
+    }
+
+    /// The numbers of a type as what they mean, or what they mean as the numbers of the type.
+    pub(crate) fn signed<'r>(&self, numbers: &[Term<'r>]) -> Vec<Term<'r>> {
+        let values = self.values();
+        let mut values = values.iter().map(|value| value.is_opposite);
+        let numbers = numbers.iter();
+        numbers
+            .map(|number| match values.next() {
+                Some(true) => -*number,
+                _ => *number,
+            })
+            .collect()
     }
 
     /// The axes of all leaves whose meaning has directions; `None` represents unknown ones.
@@ -189,6 +212,7 @@ impl<'l> Shapes<'l> {
                 unit: datum.unit.clone().or(known),
                 number: datum.number.unwrap_or(Primitive::F64),
                 member: datum.member.clone(),
+                is_opposite: datum.is_opposite,
             }
         });
         Some(Shape::Leaf(Leaf {

@@ -8,7 +8,7 @@ use crate::ast::{Item, ItemKind, Operand, OperandKind, Representation};
 use crate::fields::Fields;
 use crate::geometry::{Coordinate, coordinate, semantic};
 use crate::interface::Interface;
-use crate::maps::{Side, pairs};
+use crate::maps::{Side, pairs, pairs_with};
 use crate::model::{Content, Datum, Part, Prototype};
 use crate::roles::{Roles, role};
 use covariance::covariances;
@@ -233,7 +233,7 @@ impl<'f> Resolver<'f> {
         let ddr = self.ddr(fields)?;
         let map = fields.map("dr", &mut self.found)?;
         let (left, right) = (Side::any("the type"), Side::all(&kind, &symbols));
-        let pairs = pairs(map, &left, &right, &mut self.found);
+        let pairs = pairs_with(map, (&left, &right), true, &mut self.found);
         let whole = self.interface(fields, ddr, domain, &meaning);
         let elements = match (&whole, fields.member("sequence", &mut self.found)) {
             (Some(of), Some((path, at))) => of.elements(path, at, &mut self.found),
@@ -241,7 +241,7 @@ impl<'f> Resolver<'f> {
         };
         let interface = elements.as_ref().or(whole.as_ref());
         let mut by_symbol: HashMap<String, (Datum, Span)> = HashMap::new();
-        for (member, symbol) in pairs {
+        for (member, symbol, is_opposite) in pairs {
             let path = member.text();
             let (unit, number) = match interface {
                 Some(of) => of.number(&path, member.span, &mut self.found),
@@ -253,6 +253,7 @@ impl<'f> Resolver<'f> {
                 member: path,
                 unit,
                 number,
+                is_opposite,
             };
             by_symbol.insert(symbol.text(), (datum, member.span));
         }

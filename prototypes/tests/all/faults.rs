@@ -89,6 +89,17 @@ view ros_pose.Position -> ros_position { {4,0} = X }",
 }
 
 #[test]
+fn only_members_are_opposites() {
+    check(
+        "dproto a :: geometry { semantic = Position coord = cartesian algebraic = position3 ddr = point dr = { X = -0, Y = 1, Z = 2 } }
+alias position3 <-> position_named { 0 = -X, 1 = Y, 2 = Z }",
+        &expect![[r#"
+            a.dproto:3:42: error[wrong-entry]: only members of `dr` are the opposite of a value
+        "#]],
+    );
+}
+
+#[test]
 fn wrong_fields_are_findings() {
     check(
         "dproto a :: geometry { semantic = Position coord = cartesian ddr = point dr = { x = X } }

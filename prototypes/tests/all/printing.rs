@@ -33,7 +33,7 @@ dproto lidar_point :: geometry {
   semantic  = Position
   // where it comes from
   ddr = ::IDSL { RoboCompLidar::Point }  coord = cartesian /* of the sensor */ algebraic = named
-  dr = {X=x Y=y, Z=z}
+  dr = {X=x Y=- y, Z=z}
 
 
   frames = { of = point, stamp = member header.stamp }
@@ -63,7 +63,7 @@ load ros-c99
             ddr       = :: IDSL{RoboCompLidar::Point}
             coord     = cartesian /* of the sensor */
             algebraic = named
-            dr        = { X = x, Y = y, Z = z }
+            dr        = { X = x, Y = -y, Z = z }
 
             frames    = { of = point, stamp = member header.stamp }
             usingddr  = { mid = "a \" b", mmid = "ROS" }

@@ -8,6 +8,7 @@ mod eigen;
 mod functions;
 mod moving;
 mod networks;
+mod opposites;
 mod plans;
 mod samples;
 

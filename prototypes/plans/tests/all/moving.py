@@ -83,6 +83,28 @@ def of_pose(kind, transform, ends, numbers, spread, found):
     near(np.reshape(found[7:], (6, 6)), jacobian @ spread @ jacobian.T, 1e-7, kind)
 
 
+def body_of(numbers):
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = numbers
+    return mass, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def of_inertia(transform, ends, numbers, found):
+    """Masses in g and kg, lengths in mm and m, tensors in kg*m^2."""
+    (axes, _, _), (wanted, _, _) = ends
+    own, there = body(axes), body(wanted)
+    mass, centre, tensor = body_of(numbers)
+    known = pin.Inertia(mass / 1e3, own @ centre / 1e3, own @ tensor @ own.T)
+    moved = transform.act(known)
+    mass, centre, tensor = body_of(found)
+    near([mass], np.array([moved.mass]), 1e-12, "mass")
+    near(centre, there.T @ moved.lever, 1e-12, "centre")
+    near(tensor, there.T @ moved.inertia @ there, 1e-12, "tensor")
+    # The same by the adjoint: X* I X^-1 of the spatial inertia.
+    adjoint = transform.toDualActionMatrix() @ known.matrix() @ transform.toActionMatrixInverse()
+    spatial = pin.Inertia(mass, there @ centre, there @ tensor @ there.T).matrix()
+    near(spatial, adjoint, 1e-11, "adjoint")
+
+
 checked = 0
 with open(sys.argv[1], newline="") as file:
     for kind, own, wanted, *words in csv.reader(file):
@@ -90,7 +112,9 @@ with open(sys.argv[1], newline="") as file:
         numbers = [float(word) for word in words]
         rows, numbers = np.reshape(numbers[:12], (3, 4)), numbers[12:]
         transform = pin.SE3(rows[:, :3], rows[:, 3])
-        if kind.startswith("pose"):
+        if kind == "inertia":
+            of_inertia(transform, ends, numbers[:10], numbers[10:])
+        elif kind.startswith("pose"):
             of_pose(kind, transform, ends, numbers[:7], np.reshape(numbers[7:43], (6, 6)), numbers[43:])
         else:
             side = 6 if kind in ("twist", "wrench") else 3

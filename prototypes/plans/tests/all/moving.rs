@@ -211,6 +211,22 @@ fn all(end: &End) -> String {
     out
 }
 
+/// The prototype of an inertia along these axes.
+fn inertia(axes: &str, mass: &str, length: &str) -> String {
+    let names = ["mass", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz"];
+    let pairs = names.map(|name| format!("{name} = {name}")).join(", ");
+    format!(
+        "axes own :: {axes}\nalgebraic ten :: Scalar{{{}}}\n\
+         units u :: qudt, ten {{ mass = {mass}, x = {length}, y = {length}, z = {length}, {} }}\n\
+         dproto body :: geometry {{ semantic = Inertia coord = inertia algebraic = ten \
+         ddr = :: ROS{{geometry_msgs/Inertia}} dr = {{ {pairs} }} units = u axes = own }}\n",
+        names.join(", "),
+        ["xx", "xy", "xz", "yy", "yz", "zz"]
+            .map(|name| format!("{name} = \"kg*m^2\""))
+            .join(", ")
+    )
+}
+
 /// The numbers of a message behind a connection.
 fn in_a_message(plan: &Plan, numbers: &[f64], transform: [f64; TRANSFORM]) -> Vec<f64> {
     let places: Vec<Option<u32>> = (0..).map(Some).take(numbers.len()).collect();
@@ -307,6 +323,34 @@ fn all_that_moves_equals_pinocchio() {
             lines.push('\n');
             count += 1;
         }
+    }
+    let [sender, receiver] = [
+        ("right, up, ahead", "g", "mm"),
+        ("right, ahead, up", "kg", "m"),
+    ]
+    .map(|(axes, mass, length)| library(&inertia(axes, mass, length)));
+    let plan = rc_plans::moving((&sender, "body"), (&receiver, "body")).expect("a plan");
+    for _ in 0..50 {
+        let rotation = EulerOrder::RPY.matrix([3.0 * number(), 1.5 * number(), 3.0 * number()]);
+        let transform = rotation.map(|[x, y, z]| [x, y, z, 5.0 * number()]).concat();
+        // A tensor of a body: a sum of squares.
+        let root: Vec<f64> = (0..9).map(|_| number()).collect();
+        let cell = |(a, b): (usize, usize)| -> f64 {
+            (0..3).map(|k| root[3 * a + k] * root[3 * b + k]).sum()
+        };
+        let mut value = vec![1000.0 * (number() + 1.5)];
+        value.extend((0..3).map(|_| 1000.0 * number()));
+        value.extend([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(cell));
+        let given = [&value[..], &transform].concat();
+        let found = plan.program.run(&given).expect("in range");
+        let transform = transform.try_into().expect("twelve");
+        assert_eq!(in_a_message(&plan, &value, transform), found, "{plan}");
+        write!(lines, "inertia,right up ahead||,right ahead up||").expect("a text");
+        for number in given[value.len()..].iter().chain(&value).chain(&found) {
+            write!(lines, ",{number:e}").expect("a text");
+        }
+        lines.push('\n');
+        count += 1;
     }
     let folder = tempfile::tempdir().expect("a folder");
     let list = written(folder.path(), "moving.csv", &lines);

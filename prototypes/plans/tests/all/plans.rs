@@ -104,7 +104,7 @@ fn a_plan_tells_type_distance_cost_and_loss() {
             type      coordinate
             distance  1
             steps     rows (axes, coordinate)
-            cost      63: 62 operations, 0 transcendental functions
+            cost      61: 60 operations, 0 transcendental functions
             lost      nothing: the plan is exact
         "#]],
     );
