@@ -266,7 +266,8 @@ impl<'a> Ends<'a, '_> {
         let Some(slot) = slots.position(|slot| slot.name == name.text) else {
             let path = &deployment.instances[consumer.instance].path;
             let message = format!("`{path}` has no slot `{}`", name.text);
-            let known = component.slots.iter().map(|slot| slot.name.as_str());
+            let known = component.slots.iter().filter(|slot| !slot.of_world);
+            let known = known.map(|slot| slot.name.as_str());
             diagnostics.push(
                 Diagnostic::error("unknown-slot", name.span, message)
                     .label(component.name.span, "its component")
@@ -274,6 +275,17 @@ impl<'a> Ends<'a, '_> {
             );
             return None;
         };
+        if component.slots[slot].of_world {
+            let message = format!(
+                "`{}` is a world, of which an adaptor has no replica",
+                name.text
+            );
+            diagnostics.push(
+                Diagnostic::error("wrong-frames", name.span, message)
+                    .help("leave out `via process`: the consumer asks its own replica"),
+            );
+            return None;
+        }
         let end = Endpoint { slot, ..consumer };
         let binds = deployment.binds.iter();
         let bound = binds.filter(|bind| self.find(&bind.consumer) == Some(end));

@@ -374,7 +374,7 @@ impl<'a> Comparison<'a, '_> {
                         error.help(if self.line.frames.is_some() {
                             "name the frame and the `stamp` in the prototype of the whole, and not in those of its parts".to_owned()
                         } else {
-                            format!("if a slot of the subscriber requires `{TREE}`, its tree knows the transform: `{} convert {{ frames SLOT; }}; }};`",
+                            format!("a tree knows it, if a slot of the subscriber requires `{TREE}`; so do tf and its shared world: `{} convert {{ frames SLOT; }}; }};`",
                             self.line.text
                         )
                         })

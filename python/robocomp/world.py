@@ -378,6 +378,7 @@ class World(Generic[V, E]):
         link.set_world_schema(list(files))
         rights = None if rights is None else list(rights)
         self._replica = Replica(link.name(), link.unique(), link.now_ns(), list(files), rights)
+        link.know_frames(self._replica.metres)
         self._send: Callable[[], None] = lambda: None
         self._listeners: list[Listener] = []
 

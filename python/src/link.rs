@@ -14,8 +14,9 @@ use pyo3::types::{PyBytes, PyTuple};
 use rc_host::link::{self, Answer, Reading};
 use rc_host::{HostError, Number, Operation, Program, Session};
 use rc_runtime::machine::Machine;
-use rc_runtime::{Core, Order, Time, TimeSource, WorldStatus};
+use rc_runtime::{Core, Order, Places, Time, TimeSource, WorldStatus};
 use rc_values::{Named, Type, Value};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -30,6 +31,19 @@ pub(crate) struct Link {
 
 /// The longest time for which a worker waits for a change.
 const LONGEST_WAIT: Duration = Duration::from_hours(1);
+
+/// A function of Python that knows where frames are.
+struct Known(Py<PyAny>);
+
+impl Places for Known {
+    fn transform(&self, to: &str, from: &str, nanoseconds: u64) -> Result<[f64; 12], String> {
+        Python::attach(|py| {
+            let numbers = self.0.call1(py, (to, from, nanoseconds))?;
+            numbers.extract::<[f64; 12]>(py).map_err(PyErr::from)
+        })
+        .map_err(|error: PyErr| Python::attach(|py| error.value(py).to_string()))
+    }
+}
 
 /// The state of the replica of a world, in the order of [`WorldStatus`].
 type WorldTold = (
@@ -213,6 +227,15 @@ impl Link {
             .map(|(name, text)| (&**name, &**text))
             .collect();
         self.with_core(|core| core.set_world_schema(&files))
+    }
+
+    /// From now on, this function knows where frames are in the world of the component: it gets the
+    /// names of both frames, and nanoseconds.
+    fn know_frames(&self, function: Py<PyAny>) -> PyResult<()> {
+        self.with(|session| {
+            session.know_frames(Rc::new(Known(function)));
+            Ok(())
+        })
     }
 
     /// Reports the state of the replica of the component's world to the supervisor.

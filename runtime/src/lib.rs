@@ -72,6 +72,7 @@ pub use clock::{Clock, SimulatedClock, SystemClock, Time};
 pub use collect::{Collect, Collected};
 pub use component::{Body, CallEnd, Component, Sample};
 pub use context::{Core, RecordedClock, WorldReport};
+pub use converting::Places;
 pub use description::{Description, Slot};
 pub use dispatch::{
     CollectedHandler, Dispatch, End, MachineTable, Serving, SlotEntry, StateFunctions,

@@ -10,7 +10,7 @@ mod receiver;
 use crate::cached::CachingClient;
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
-use crate::converting::{ConversionCounts, Conversions, IdleFlag, Shared};
+use crate::converting::{ConversionCounts, Conversions, IdleFlag, OwnPlaces, Shared};
 use crate::description::Description;
 use crate::error::StartError;
 use crate::exact::mode::Exact;
@@ -62,6 +62,8 @@ pub struct Connections {
     conversions: Conversions,
     /// The transforms that slots of tf have received, by their names.
     histories: RefCell<BTreeMap<String, Shared>>,
+    /// What knows where frames are in the shared world.
+    places: OwnPlaces,
     /// Whether the component is not active: then no sample asks where frames are.
     idle: IdleFlag,
     /// Reports the end of the component to waits for the place of a frame.
@@ -169,6 +171,7 @@ impl Connections {
             withheld: RefCell::default(),
             conversions: Conversions::default(),
             histories: RefCell::default(),
+            places: OwnPlaces::default(),
             idle: IdleFlag::default(),
             stop: None,
             converted: RefCell::default(),

@@ -68,6 +68,16 @@ impl Connector<'_> {
     ) -> Result<(), Wrong> {
         let name = self.name(tree);
         let interface = self.interface(tree);
+        if slot.of_world && slot.role == Role::Publishes {
+            return if is_one {
+                Ok(())
+            } else {
+                Err((
+                    format!("`{name}` is one of several slots"),
+                    "a world knows all its frames: name it alone",
+                ))
+            };
+        }
         let (asked, import) = match (slot.role, interface.as_str()) {
             (Role::Requires, TREE) if !slot.is_array => {
                 (QUERY, "import the framework's `InnerModel.idsl`")
@@ -78,7 +88,7 @@ impl Connector<'_> {
             _ => {
                 return Err((
                     format!("`{name}` does not know where frames are"),
-                    "name a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is not an array",
+                    "name the component's world, or a slot that requires `RcInnerModel::InnerModel` or subscribes to `Transforms::TransformPub`, and is not an array",
                 ));
             }
         };

@@ -120,6 +120,7 @@ pub fn load(
         loader,
         &mut found,
     );
+    world::check_frames(&network, &mut found);
     Ok((Some(network), found))
 }
 

@@ -1,13 +1,16 @@
 //! The world of a network: checks the schemas of its components, who writes what, and the contents
 //! of its start file.
 
+use crate::model::Network;
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
 use rc_cdsl::model::{Access, World as Clause, Write};
 use rc_codegen::Project;
+use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Deployment, Instance, World};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, nearest};
 use rc_syntax::{Loader, Name};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -88,6 +91,38 @@ pub(crate) fn check(
     if all_fit && all_are_known {
         writers(&schema, &members, found);
         readers(&schema, &members, start.as_ref(), found);
+    }
+}
+
+/// Reports connections that look for frames in a world whose nodes have none.
+pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
+    let connections = network.connections.connections.iter();
+    let consumers: BTreeSet<Endpoint> = connections.map(|made| made.consumer).collect();
+    for end in consumers {
+        let conversion = network.connections.conversion(end);
+        let tree = conversion.and_then(|conversion| conversion.tree.as_deref());
+        let project = network.projects[end.instance].as_deref();
+        let clause = project.and_then(|project| project.component.world.as_ref());
+        let (Some(tree), Some(clause)) = (tree, clause) else {
+            continue;
+        };
+        let schema = project.and_then(|project| Some(&project.world.as_ref()?.schema));
+        if tree != clause.name.text || schema.is_none_or(|schema| schema.has_transforms()) {
+            continue;
+        }
+        let mut named = network
+            .deployment
+            .binds
+            .iter()
+            .flat_map(|bind| &bind.frames);
+        let named = named.find(|name| name.text == tree);
+        let instance = &network.deployment.instances[end.instance];
+        let span = named.map_or(instance.name.span, |name| name.span);
+        let message = format!("the nodes of the world `{tree}` have no frames");
+        let error = Diagnostic::error("wrong-frames", span, message)
+            .label(clause.schema.span, "its schema")
+            .help("import `geometry.gdsl` there: edges of its relation `RT` say where a node is in another one");
+        found.push(error);
     }
 }
 

@@ -13,6 +13,7 @@ mod inner_model;
 mod mapping;
 mod mixed;
 mod moving;
+mod moving_world;
 mod patrol;
 mod placed;
 mod python_elsewhere;

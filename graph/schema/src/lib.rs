@@ -298,6 +298,25 @@ impl Schema {
         self.relations.iter().find(|relation| relation.name == name)
     }
 
+    /// The unit of the lengths of all transforms, which a schema has once. `None` if it says none.
+    pub fn unit_of_lengths(&self) -> Option<&str> {
+        self.relations.iter().find_map(|relation| {
+            let (PoseOf::One(name) | PoseOf::Two(name, _)) = relation.placed()?.pose;
+            let attribute = relation.attribute(&name)?;
+            match attribute.kind {
+                // Transforms have metres of any prototype.
+                Kind::Block(_) => Some("m"),
+                _ => attribute.unit.as_deref(),
+            }
+        })
+    }
+
+    /// Whether nodes have transforms: edges of a tree have poses.
+    pub fn has_transforms(&self) -> bool {
+        let mut trees = self.relations.iter().filter_map(|own| own.tree.as_ref());
+        trees.any(|tree| tree.pose.is_some())
+    }
+
     /// A type, and all that it inherits from, the nearest first; for a relation, what its edges are
     /// to others. A type that is not declared is alone.
     pub fn ancestry<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {

@@ -407,6 +407,13 @@ impl World {
         nanoseconds.try_into().unwrap_or(u64::MAX)
     }
 
+    /// The first three rows of the matrix from the frame of a node to that of another one, in metres, at
+    /// a time. After the newest change, everything stays where it is.
+    fn metres(&self, to: &str, from: &str, time_ns: u64) -> PyResult<Vec<f64>> {
+        let transform = rc_world::transform(&self.inner, to, from, Time::from_nanos(time_ns));
+        transform.map(Vec::from).map_err(PyValueError::new_err)
+    }
+
     /// The matrix from the frame of a node to that of another one, by rows, at a time; `None` if the
     /// history begins later. Without a time, that of the present version.
     fn matrix(

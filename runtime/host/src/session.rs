@@ -7,8 +7,9 @@ use crate::lent::drop_abandoned;
 use rc_middleware::OpenError;
 use rc_middleware::typed::{TypedClient, TypedPublisher};
 use rc_runtime::machine::{Machine, Numbered};
-use rc_runtime::{Connections, Core, EarlySamples, Member, Ports, Role, TimeSource};
+use rc_runtime::{Connections, Core, EarlySamples, Member, Places, Ports, Role, TimeSource};
 use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// A state or an event by its number.
@@ -80,6 +81,11 @@ thread_local! {
 }
 
 impl Session {
+    /// From now on, `places` knows where frames are in the world of the component.
+    pub fn know_frames(&self, places: Rc<dyn Places>) {
+        self.ports.know_frames(places);
+    }
+
     /// Opens the sending ends of all slots that are not arrays.
     ///
     /// # Errors

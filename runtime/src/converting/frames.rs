@@ -13,7 +13,9 @@ pub(crate) use tree::Tree;
 use crate::clock::{Clock, Time};
 use rc_conversion::{Needed, Transform};
 use rc_middleware::{CallError, WakeEvent};
+use std::cell::RefCell;
 use std::fmt;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -35,12 +37,27 @@ pub(crate) struct Frames {
     idle: IdleFlag,
 }
 
+/// Knows where frames are: what the component itself holds of a shared world.
+pub trait Places {
+    /// The transform from one frame to another one at a time of the network, in nanoseconds: the rows
+    /// of `[R | t]`, in metres.
+    ///
+    /// # Errors
+    /// Why it is not known.
+    fn transform(&self, to: &str, from: &str, nanoseconds: u64) -> Result<[f64; 12], String>;
+}
+
+/// The [`Places`] of a component, once its worker has opened them.
+pub(crate) type OwnPlaces = Rc<RefCell<Option<Rc<dyn Places>>>>;
+
 /// The source of transforms.
 pub(crate) enum Source {
     /// A tree that is asked.
     Tree(Box<Tree>),
     /// Transforms that were received.
     Tf(Tf),
+    /// The world of the component.
+    World(OwnPlaces),
 }
 
 /// Whether the component is not active. The event loop says it before it takes a sample.
@@ -67,6 +84,8 @@ pub(super) enum NoTransform {
     Pose,
     /// It has not come, or is too old.
     Tf(Missing),
+    /// The world has none.
+    World(String),
 }
 
 impl fmt::Display for NoTransform {
@@ -77,6 +96,7 @@ impl fmt::Display for NoTransform {
             Self::Tree(error) => error.fmt(f),
             Self::Pose => f.write_str("its numbers are not finite"),
             Self::Tf(missing) => missing.fmt(f),
+            Self::World(reason) => f.write_str(reason),
         }
     }
 }
@@ -141,6 +161,15 @@ impl Frames {
                 let comes = time - self.clock.now() <= left;
                 let stop = stop.filter(|_| comes);
                 tf.transform(needed, &*self.clock, stop.map(|stop| (deadline, stop)))
+            }
+            Source::World(places) => {
+                await_time((&*self.clock, stop), time, deadline)?;
+                let places = places.borrow();
+                let places = places.as_ref().ok_or_else(|| {
+                    NoTransform::World("the component has not opened its world".to_owned())
+                })?;
+                let transform = places.transform(needed.to, &needed.from, time.as_nanos());
+                transform.map_err(NoTransform::World)
             }
             Source::Tree(tree) => {
                 await_time((&*self.clock, stop), time, deadline)?;

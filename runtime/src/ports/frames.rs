@@ -3,17 +3,22 @@
 use super::Connections;
 use super::endpoints::call_endpoint;
 use crate::converting::{
-    ConversionCounts, ConvertingClient, ConvertingSubscriber, Fed, Frames, Shared, Source, Tf,
-    TfSlot, Tree, history,
+    ConversionCounts, ConvertingClient, ConvertingSubscriber, Fed, Frames, Places, Shared, Source,
+    Tf, TfSlot, Tree, history,
 };
 use crate::slots::OpenSlot;
 use rc_conversion::TRANSFORMS;
 use rc_management::component::{ClockKind, Role};
 use rc_middleware::typed::Operation;
 use rc_middleware::{Durability, OpenError, Subscriber};
+use rc_vocabulary::WORLD_SLOTS;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// How far ahead of this clock the time of a message for a world may be: clocks of two machines differ
+/// a little.
+const AHEAD: Duration = Duration::from_secs(1);
 
 impl Connections {
     /// Sets whether the component is not active.
@@ -39,13 +44,24 @@ impl Connections {
             Some((at, transforms(self.description.slots[at].operations)?))
         };
         let slots: Option<Vec<(usize, usize)>> = tree.split(',').map(of_tf).collect();
+        let mut all = self.description.slots.iter();
+        let is_world = all.any(|own| {
+            let of = WORLD_SLOTS[0];
+            own.name == tree && (own.role, own.type_name) == (of.role, of.type_name)
+        });
         let (source, limit) = match slots {
+            _ if is_world => (Source::World(Rc::clone(&self.places)), AHEAD),
             Some(slots) => self.received_transforms(&slots)?,
             None => self.asked_tree(tree).map_err(wrong)??,
         };
         let stop = self.stop.clone();
         let clock = (&self.now, stop.filter(|_| self.clock == ClockKind::System));
         Ok(Frames::new(source, limit, clock, &self.idle))
+    }
+
+    /// From now on, `places` knows where frames are in the world of the component.
+    pub fn know_frames(&self, places: Rc<dyn Places>) {
+        *self.places.borrow_mut() = Some(places);
     }
 
     /// The tree that a required slot asks, and its timeout.

@@ -13,12 +13,13 @@ use graph_schema::Schema;
 use property_graph::{Edit, Time};
 use rc_runtime::middleware::typed::{HandlerError, TypedPublisher};
 use rc_runtime::middleware::{OpenError, Reader, SendError};
-use rc_runtime::{Core, EarlySamples, Ports, RecordedClock, WorldReport, WorldStatus};
+use rc_runtime::{Core, EarlySamples, Places, Ports, RecordedClock, WorldReport, WorldStatus};
 use rc_world::{
     Error, Message, News, Rights, STATE, STREAM, Seen, Setup, Status, Steady, Token, Topic, Watch,
     World,
 };
 use std::ops::{Deref, DerefMut};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -257,6 +258,15 @@ fn status_of(seen: Seen) -> WorldStatus {
     }
 }
 
+/// Where frames are, for connections that convert.
+struct Known(Arc<World>);
+
+impl Places for Known {
+    fn transform(&self, to: &str, from: &str, nanoseconds: u64) -> Result<[f64; 12], String> {
+        rc_world::transform(&self.0, to, from, Time::from_nanos(nanoseconds))
+    }
+}
+
 /// A [`Driver`] with its publishers.
 pub struct Member {
     driver: Driver,
@@ -299,8 +309,10 @@ impl Member {
                 .map(ports.publishers(slot))
                 .collect::<Result<Vec<_>, _>>()
         };
+        let driver = Driver::new(core, schema, rights);
+        ports.know_frames(Rc::new(Known(driver.shared())));
         Ok(Self {
-            driver: Driver::new(core, schema, rights),
+            driver,
             early: ports.early_samples().clone(),
             clock: core.recorded_clock(),
             state: open(slots[0], &STATE)?,

@@ -35,6 +35,7 @@ mod content;
 mod core;
 mod digest;
 mod error;
+mod frames;
 mod gaps;
 mod health;
 mod local;
@@ -56,6 +57,7 @@ mod world;
 
 pub use content::Topic;
 pub use error::Error;
+pub use frames::transform;
 pub use graph_merge::{Conflict, Reason};
 pub use health::Health;
 pub use message::{MOST_CHUNK, Message, STATE, STREAM};

@@ -2,6 +2,7 @@
 
 mod dsr_files;
 mod dsr_programs;
+mod frames;
 mod gaps;
 mod network;
 mod news;
