@@ -195,8 +195,7 @@ impl Conversion {
 impl Conversion {
     /// The exception for the row of a fault.
     fn refusal(&self, py: Python<'_>, fault: Fault, rows: &[u8], first: usize) -> PyErr {
-        let (Fault::Truncated(at) | Fault::Overflow(at) | Fault::Value(at)) = fault;
-        let row = at.saturating_sub(HEAD) / (8 * self.width).max(1);
+        let row = fault.at().saturating_sub(HEAD) / (8 * self.width).max(1);
         let numbers: Vec<f64> = rows
             .chunks_exact(8)
             .skip(row * self.width)

@@ -4,6 +4,7 @@ use crate::arguments::{Arguments, check_slot};
 use crate::description::{Description, Slot};
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
+use rc_diagnostics::foreign;
 use rc_management::component::Role;
 use rc_middleware::linked::GivenArguments;
 use rc_middleware::{Address, Settings};
@@ -64,6 +65,10 @@ pub(crate) fn parse(
             Long("frames") => {
                 let (slot, tree) = frames(description, &parser.value()?.string()?)?;
                 out.conversions.trees.insert(slot, tree);
+            }
+            Long("providers") => {
+                let (slot, providers) = providers(description, &parser.value()?.string()?)?;
+                out.conversions.providers.insert(slot, providers);
             }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
@@ -285,6 +290,15 @@ fn frames(description: &Description, text: &str) -> Result<(String, String), lex
     Ok((check_slot(description, slot)?, tree.to_owned()))
 }
 
+/// Parses `lidar=front.Scans,back.Scans`, as a text for people.
+fn providers(description: &Description, text: &str) -> Result<(String, String), lexopt::Error> {
+    let Some((slot, names)) = text.split_once('=') else {
+        return Err("--providers takes SLOT=NAMES, as in `--providers lidar=front.Scans`".into());
+    };
+    let names = foreign::clean(names).replace(',', "` or `");
+    Ok((check_slot(description, slot)?, names))
+}
+
 /// Parses `lasers=front,back`. A list may be empty.
 fn members(description: &Description, text: &str) -> Result<(String, Vec<String>), lexopt::Error> {
     let Some((array, list)) = text.split_once('=') else {
@@ -401,7 +415,9 @@ fn help(description: &Description) -> String {
          middlewares of a slot, with commas, as `middleware auto;` chooses them; one that serves or publishes may have several\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
-         --frames SLOT=TREE    the slot of an InnerModel, or those of tf, that know where the frames of these values are\n  \
+         --frames SLOT=TREE    the slot of an InnerModel, those of tf, or the world, that know where the frames of these values are\n  \
+         --providers SLOT=NAMES\n                        \
+         who sends what a slot converts, for the log\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

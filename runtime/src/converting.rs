@@ -2,10 +2,16 @@
 //! middleware and other subscribers see the values of the sender. Taps and exact recordings of this
 //! component see converted values.
 
+mod counts;
 mod frames;
 
-pub(crate) use frames::{Fed, Frames, IdleFlag, Shared, Source, Tf, TfSlot, Tree, history};
+pub(crate) use counts::ConversionCounts;
+pub use frames::Places;
+pub(crate) use frames::{
+    Fed, Frames, IdleFlag, OwnPlaces, Shared, Source, Tf, TfSlot, Tree, history,
+};
 
+use counts::Whose;
 use frames::NoTransform;
 use rc_conversion::{Fault, Place, Plan, Program, Ran};
 use rc_diagnostics::foreign::clean;
@@ -20,8 +26,6 @@ use rc_middleware::{
 use std::collections::BTreeMap;
 use std::fmt;
 use std::os::fd::BorrowedFd;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// The conversions of slots.
@@ -31,44 +35,8 @@ pub(crate) struct Conversions {
     pub(crate) plans: BTreeMap<String, String>,
     /// The slots that know where frames are, with commas, for slots whose plans need them.
     pub(crate) trees: BTreeMap<String, String>,
-}
-
-/// Counts the messages of a slot. One thread counts, others read.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ConversionCounts(Arc<[AtomicU64; 4]>);
-
-impl ConversionCounts {
-    /// Messages that were converted.
-    pub(crate) fn converted(&self) -> u64 {
-        self.0[0].load(Ordering::Relaxed)
-    }
-
-    /// Messages that were refused, because a value has no counterpart in the other unit.
-    pub(crate) fn refused(&self) -> u64 {
-        self.0[1].load(Ordering::Relaxed)
-    }
-
-    /// Messages that were refused, because no transform between their frames was known.
-    pub(crate) fn unplaced(&self) -> u64 {
-        self.0[2].load(Ordering::Relaxed)
-    }
-
-    /// Messages that were converted, and have three turns at a gimbal lock.
-    pub(crate) fn locked(&self) -> u64 {
-        self.0[3].load(Ordering::Relaxed)
-    }
-
-    fn note(&self, result: &Result<Ran, Refused>) {
-        let counter = match result {
-            Ok(_) => 0,
-            Err(Refused::Fault(_)) => 1,
-            Err(Refused::Frames { .. }) => 2,
-        };
-        self.0[counter].fetch_add(1, Ordering::Relaxed);
-        if result.as_ref().is_ok_and(|ran| ran.is_locked) {
-            self.0[3].fetch_add(1, Ordering::Relaxed);
-        }
-    }
+    /// The providers of slots, as people name them: `lidar.Cloud`.
+    pub(crate) providers: BTreeMap<String, String>,
 }
 
 /// Why a message is not converted.
@@ -248,13 +216,13 @@ impl ConvertingSubscriber {
     fn outcome(
         address: &str,
         received: Result<bool, ReceiveError>,
-        fault: Option<Refused>,
+        fault: Option<String>,
     ) -> Result<bool, ReceiveError> {
         match fault {
             None => received,
-            Some(fault) => Err(ReceiveError {
+            Some(reason) => Err(ReceiveError {
                 address: address.to_owned(),
-                reason: fault.to_string(),
+                reason,
             }),
         }
     }
@@ -423,10 +391,9 @@ impl CallPrograms {
         let result = program
             .run_with(copy.fill(body), at, &[])
             .map_err(Refused::from);
-        counts.note(&result);
-        match result {
-            Ok(_) => Ok(true),
-            Err(fault) => Err(DecodeError::Invalid(EncodeError::NoValue(fault.to_string())).into()),
+        match counts.note(Whose::Provider, result) {
+            Ok(()) => Ok(true),
+            Err(reason) => Err(DecodeError::Invalid(EncodeError::NoValue(reason)).into()),
         }
     }
 }
@@ -455,10 +422,9 @@ fn converted_request(
     };
     let mut bytes = buffer(request)?;
     let result = program.run_with(&mut bytes, at, &[]).map_err(Refused::from);
-    counts.note(&result);
-    match result {
-        Ok(_) => Ok(Some(bytes)),
-        Err(fault) => Err(EncodeError::NoValue(fault.to_string()).into()),
+    match counts.note(Whose::Own, result) {
+        Ok(()) => Ok(Some(bytes)),
+        Err(reason) => Err(EncodeError::NoValue(reason).into()),
     }
 }
 

@@ -330,6 +330,7 @@ impl Status {
             bad_values: counts.refused(),
             unplaced: counts.unplaced(),
             locked: counts.locked(),
+            bad_value: counts.last_refused(),
         })
     }
 

@@ -99,7 +99,7 @@ fn carried(slot: &SlotStatus) -> Option<(String, Vec<TransportStatus>)> {
 pub fn status(report: &component::Status) -> ComponentStatus {
     let lost = report.slots.iter().filter(|slot| slot.lost > 0);
     let converted = report.slots.iter();
-    let converted = converted.filter_map(|slot| Some((slot.name.clone(), slot.converted?)));
+    let converted = converted.filter_map(|slot| Some((slot.name.clone(), slot.converted.clone()?)));
     let forwarded = report.slots.iter();
     let forwarded = forwarded.filter_map(|slot| Some((slot.name.clone(), slot.forwarded?)));
     let pid = i32::try_from(report.pid).ok();

@@ -59,6 +59,17 @@ impl Network {
         meant.map(|(_, slot)| slot.name.clone()).collect()
     }
 
+    /// The slots that provide for a slot, for people, with commas. Empty if they are outside.
+    fn provider_names(&self, consumer: Endpoint) -> String {
+        let all = self.connections.connections.iter();
+        let own = all.filter(|made| made.consumer == consumer);
+        let names = own.filter_map(|made| {
+            let instance = &self.deployment.instances[made.provider.instance].path;
+            Some(format!("{instance}.{}", self.slot(made.provider)?.name))
+        });
+        names.collect::<Vec<_>>().join(",")
+    }
+
     /// The plan of the network, which has no errors. Paths are absolute.
     ///
     /// # Errors
@@ -132,6 +143,10 @@ impl Network {
                 option("--bind", format!("{}={address}", slot.name));
                 if let Some(conversion) = self.connections.conversion(end) {
                     option("--convert", format!("{}={}", slot.name, conversion.plan));
+                    let providers = self.provider_names(end);
+                    if !providers.is_empty() {
+                        option("--providers", format!("{}={providers}", slot.name));
+                    }
                     if let Some(tree) = &conversion.tree {
                         option("--frames", format!("{}={tree}", slot.name));
                     }

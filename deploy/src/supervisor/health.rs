@@ -3,6 +3,7 @@
 //! The component detects them and sends them in its heartbeats. A condition ends when no heartbeat
 //! of the last five seconds had it, so that a condition that comes and goes is one event.
 
+mod values;
 mod world;
 
 use crate::supervisor::memory_growth::{Growing, Growth};
@@ -53,6 +54,9 @@ pub(crate) struct HealthMonitor {
     world_since: Option<Instant>,
     /// How many more heartbeats without a refused message end that condition.
     refused: u32,
+    /// Of each slot that converts: how many values it has refused, and how many more heartbeats
+    /// without one end that.
+    bad_values: BTreeMap<String, (u64, u32)>,
     troubles: BTreeMap<Key, (SystemTime, String)>,
     /// The network stops: vanishing peers are expected.
     quiet: bool,

@@ -101,7 +101,9 @@ impl Unit {
                     HEARTBEAT_LIMIT
                 };
                 if !self.is_asked_to_stop() {
-                    for (severity, code, text) in self.health.heartbeat(heartbeat) {
+                    let mut happened = self.health.heartbeat(heartbeat);
+                    happened.extend(self.health.converted(&self.converted));
+                    for (severity, code, text) in happened {
                         self.event(report, severity, code, text);
                     }
                 }

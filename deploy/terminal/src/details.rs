@@ -275,7 +275,7 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
             forwarded.messages, forwarded.mean_us, forwarded.most_us
         );
     }
-    if let Some(converted) = slot.converted {
+    if let Some(converted) = &slot.converted {
         facts += &format!("  {} converted", converted.messages);
         if converted.bad_values > 0 {
             facts += &format!(", {} refused", converted.bad_values);

@@ -330,6 +330,54 @@ fn tools_reach_the_shared_memory_of_another_host() {
     robot.assert_nothing_left(&site);
 }
 
+/// An adaptor runs on the host of its consumer, with the program that is copied there.
+#[test]
+fn an_adaptor_runs_on_another_host() {
+    let test = "an_adaptor_runs_on_another_host";
+    let Some(cable) = cable(test) else { return };
+    let mut site = Site::new("far_adaptor");
+    for program in ["rcforward", "simulator", "pose_listener"] {
+        Site::executable(program);
+    }
+    site.write_ddsl(
+        "Deployment patrol\n{\n    middleware iceoryx2;\n    Host robot { address \"10.77.0.2\"; user \"root\"; };\n    \
+         Component simulator { cdsl \"../simulator/simulator.cdsl\"; host robot; };\n    \
+         Component listener { cdsl \"../pose_listener/pose_listener.cdsl\"; host robot; };\n    \
+         bind listener.ros -> simulator.FullPoseEstimationPub { convert via process; };\n};\n",
+    );
+    let robot = match Robot::start(&site, &cable) {
+        Ok(robot) => robot,
+        Err(reason) => return skipped(test, &reason),
+    };
+    site.within = ["ip", "netns", "exec", cable.name(0)]
+        .map(str::to_owned)
+        .to_vec();
+    let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    command.args(["up", "--format", "json", "--profile", "dev"]);
+    command.arg(site.ddsl());
+    let up = Up::run(&site, &robot, command);
+    up.await_event("up");
+    let adaptor = "listener_ros_adaptor";
+    assert_eq!(component(&site, adaptor)["host"], "robot");
+    let copied = processes(&robot.path("cache"));
+    assert!(
+        copied.iter().any(|command| command.contains("rcforward")),
+        "{copied:?}"
+    );
+    Site::until("poses go through the adaptor", || {
+        let count = |name: &str, slot: usize| {
+            let slot = &site.ask(name, "status")["slots"][slot];
+            slot["handlers"]["count"].as_u64().unwrap_or_default()
+        };
+        count("listener", 0) > 2
+    });
+    let forwarded = component(&site, adaptor)["forwarded"].to_string();
+    assert!(forwarded.contains("messages"), "{forwarded}");
+    assert_eq!(up.interrupt(), Some(0));
+    site.assert_nothing_left();
+    robot.assert_nothing_left(&site);
+}
+
 /// The shared memory of the robot is removed: its components restart in order.
 fn heals(site: &Site, robot: &Robot, up: &Up) {
     let directory = RunDirectory::below(&robot.path("run/robocomp"), &site.network);

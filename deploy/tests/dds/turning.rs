@@ -141,6 +141,21 @@ fn quaternions_that_are_no_rotations_are_refused_and_counted() {
     assert_eq!(slot["lost"].as_u64(), Some(0), "{slot}");
     let status = site.rcdeploy(&["status", &site.network], false);
     assert!(status.stdout.contains(" at a gimbal lock "), "{status:?}");
+    // The trouble names the slot, who sent the value and what is wrong, and so does the log.
+    let trouble = status
+        .stdout
+        .lines()
+        .find_map(|line| line.split_once("bad-value: "));
+    let trouble = trouble.unwrap_or_else(|| panic!("{status:?}")).1;
+    assert!(trouble.starts_with("slot TurnPub refused "), "{trouble}");
+    assert!(
+        trouble.contains(" from `head.TurnPub`: the value at byte "),
+        "{trouble}"
+    );
+    assert!(
+        trouble.contains("cannot be converted: its length is "),
+        "{trouble}"
+    );
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 
@@ -163,7 +178,8 @@ fn quaternions_that_are_no_rotations_are_refused_and_counted() {
     // At most once a second, and 150 came in a few of them.
     let told = log
         .lines()
-        .filter(|line| line.contains("cannot be converted"))
+        .filter(|line| line.contains("slot TurnPub: ") && line.contains(" from `head.TurnPub`: "))
+        .filter(|line| line.contains(" cannot be converted: its length is "))
         .count();
     assert!((1..20).contains(&told), "{told}: {log}");
 }

@@ -33,7 +33,7 @@ mod plan;
 mod program;
 mod scratch;
 
-pub use fault::Fault;
+pub use fault::{Fault, Outside};
 pub use formula::{Formula, Operand, Operation, Step};
 pub use item::Item;
 pub use moves::{EXCEPTION, Frame, Move, Needed, QUERY, TF, TRANSFORMS, TREE, Transform, is_frame};

@@ -1,5 +1,6 @@
 //! The values of a formula, from the numbers of a message.
 
+use crate::fault::Outside;
 use crate::formula::{Formula, Operand};
 use crate::lanes::Lanes;
 use crate::number::Stored;
@@ -29,6 +30,7 @@ pub(crate) struct Scratch {
 /// Why a formula gives no values, and at which byte.
 pub(crate) enum Rejected {
     Value(usize),
+    Outside(usize, Outside),
     Overflow(usize),
 }
 
@@ -65,7 +67,9 @@ impl Formula {
                 *operand = value.of(values, inputs, transforms);
             }
             let value = step.operation.apply(operands);
-            values.push(value.ok_or(Rejected::Value(start))?);
+            let [found, least, most, _] = operands;
+            let outside = || Rejected::Outside(start, Outside::new([found, least, most]));
+            values.push(value.ok_or_else(outside)?);
         }
         let mut locks = self.locks.iter();
         *is_locked |= locks.any(|of| of.of(values, inputs, transforms) < LOCKED);

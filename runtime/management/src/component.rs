@@ -504,6 +504,10 @@ pub struct ConvertedStatus {
     /// Converted messages in which three turns are at a gimbal lock.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub locked: u64,
+    /// The last value of `bad_values`: whose it is, and what is wrong with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "foreign::optional")]
+    pub bad_value: Option<String>,
 }
 
 /// Counts of forwarded messages of a slot, and the time from receiving to sending them; for a call,

@@ -9,6 +9,7 @@ use std::cell::RefCell;
 use std::fs::File;
 use std::os::fd::AsFd;
 use std::rc::Rc;
+use std::sync::Arc;
 
 const THROWN: i32 = 77;
 
@@ -297,6 +298,7 @@ fn samples_are_converted_and_bad_ones_are_counted() {
     };
     let samples = [named(1.5), named(1e38), (strange, vec![1]), named(f32::NAN)];
     let (mut port, counts) = subscriber(&samples);
+    assert_eq!(counts.last_refused(), None);
     let mut received = Vec::new();
     let mut errors = Vec::new();
     loop {
@@ -313,6 +315,9 @@ fn samples_are_converted_and_bad_ones_are_counted() {
     let expected = "a message at `n/Topic` cannot be received: the number at byte 8 does not fit its type in the unit of the receiver";
     assert_eq!(errors, [expected]);
     assert_eq!((counts.converted(), counts.refused()), (2, 1));
+    let last =
+        "from its provider: the number at byte 8 does not fit its type in the unit of the receiver";
+    assert_eq!(counts.last_refused().as_deref(), Some(last));
 }
 
 #[test]

@@ -68,7 +68,7 @@ impl Connections {
 
     /// The code, if a slot converts.
     fn converter(&self) -> Option<&'static Converter> {
-        let Conversions { plans, trees } = &self.conversions;
+        let Conversions { plans, trees, .. } = &self.conversions;
         let converts = !plans.is_empty() || !trees.is_empty();
         self.description.converter.filter(|_| converts)
     }

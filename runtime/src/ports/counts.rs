@@ -60,7 +60,9 @@ impl Connections {
 
     /// New counts for a slot that converts.
     pub(super) fn conversion(&self, slot: usize) -> ConversionCounts {
-        let counts = ConversionCounts::default();
+        let open = self.slots.get(slot);
+        let providers = &self.conversions.providers;
+        let counts = ConversionCounts::of(open.and_then(|open| providers.get(&*open.name)));
         self.converted.borrow_mut().push((slot, counts.clone()));
         counts
     }

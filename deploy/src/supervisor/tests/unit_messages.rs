@@ -94,6 +94,7 @@ fn conditions_are_reported_until_the_network_stops() {
                     bad_values: 1,
                     unplaced: 0,
                     locked: 0,
+                    bad_value: None,
                 },
             )]),
             ..Heartbeat::default()

@@ -88,6 +88,7 @@ impl Program {
                     scratch.marks.truncate(first);
                     result.map_err(|rejected| match rejected {
                         Rejected::Value(at) => Fault::Value(at),
+                        Rejected::Outside(at, outside) => Fault::Outside(at, outside),
                         Rejected::Overflow(at) => Fault::Overflow(at),
                     })?;
                     step = *end;

@@ -171,11 +171,7 @@ fn element(random: &mut Rng, case: &Case, rare: u32) -> Vec<u8> {
 
 fn moved(fault: Fault, by: isize) -> Fault {
     let place = |at: usize| at.checked_add_signed(by).expect("a place");
-    match fault {
-        Fault::Value(at) => Fault::Value(place(at)),
-        Fault::Overflow(at) => Fault::Overflow(place(at)),
-        Fault::Truncated(at) => Fault::Truncated(place(at)),
-    }
+    fault.moved(place(fault.at()))
 }
 
 /// An element by the steps of the formula.

@@ -264,12 +264,7 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
             let mut fault = None;
             for (at, element) in wanted[4..].chunks_exact_mut(16).enumerate() {
                 if let Err(error) = one.run(element, 0) {
-                    let shifted = |place: usize| 4 + 16 * at + place;
-                    fault = Some(match error {
-                        Fault::Truncated(place) => Fault::Truncated(shifted(place)),
-                        Fault::Overflow(place) => Fault::Overflow(shifted(place)),
-                        Fault::Value(place) => Fault::Value(shifted(place)),
-                    });
+                    fault = Some(error.moved(4 + 16 * at + error.at()));
                     break;
                 }
             }
@@ -421,11 +416,7 @@ fn moved_and_scaled_numbers_have_the_bits_of_their_formulas() {
             // An empty text, whose zero and padding fill 8 bytes.
             let mut other = [&[1, 0, 0, 0, 0, 0, 0, 0][..], &bytes].concat();
             let expected = program(&behind).run(&mut other, 0).map(drop);
-            let moved = |fault: Fault| match fault {
-                Fault::Value(at) => Fault::Value(at - 8),
-                Fault::Overflow(at) => Fault::Overflow(at - 8),
-                other @ Fault::Truncated(_) => other,
-            };
+            let moved = |fault: Fault| fault.moved(fault.at() - 8);
             assert_eq!(result, expected.map_err(moved), "{group} {numbers:?}");
             if result.is_ok() {
                 assert_eq!(own, other[8..], "{group} {numbers:?}");

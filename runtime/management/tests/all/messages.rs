@@ -67,6 +67,7 @@ fn of_links(golden: &mut Golden) {
                     bad_values: 1,
                     unplaced: 0,
                     locked: 0,
+                    bad_value: None,
                 },
             )]),
             peers: BTreeMap::from([(text("laser"), 1)]),
@@ -167,6 +168,7 @@ fn of_supervisors(golden: &mut Golden) {
                 bad_values: 1,
                 unplaced: 2,
                 locked: 1,
+                bad_value: Some(text("the value at byte 8 of `lidar.Laser`")),
             },
         )]),
         troubles: vec![supervisor::Trouble {
