@@ -33,6 +33,7 @@ class SpecificWorker(Worker):
         with ctx.g.change() as edit:
             if self.number == 20:
                 room, door = edit.add_room("kitchen"), edit.add_door("front")
+                door.width = 0.8
             else:
                 now = ctx.g.snapshot()
                 room, door = now.room("kitchen"), now.door("front")
