@@ -136,7 +136,8 @@ fn a_mapper_sees_points_of_a_moving_lidar_by_the_shared_world() {
             0.2 + number / 1000.0,
         ];
         for (one, other) in found.iter().zip(expected) {
-            assert!((one - other).abs() < 1e-3, "{line}: {expected:?}");
+            // The time of a message lies a little behind that of the change: a part of the next step.
+            assert!((one - other).abs() < 0.03, "{line}: {expected:?}");
         }
         numbers.push(number);
     }
