@@ -94,7 +94,7 @@ fn conditions_are_reported_until_the_network_stops() {
                     bad_values: 1,
                     unplaced: 0,
                     locked: 0,
-                    bad_value: None,
+                    bad_value: Some("from `lidar.Laser`: no length".to_owned()),
                 },
             )]),
             ..Heartbeat::default()
@@ -102,10 +102,11 @@ fn conditions_are_reported_until_the_network_stops() {
     };
     let mut bench = Bench::ready(component("a"));
     bench.say(&unlike("one"));
-    assert_eq!(bench.events(), ["!! mismatch: one"]);
+    let refused = "! bad-value: slot Laser refused a message from `lidar.Laser`: no length";
+    assert_eq!(bench.events(), ["!! mismatch: one", refused]);
     assert_eq!(bench.unit.lost["Laser"], 3);
     assert_eq!(bench.unit.status().converted["Laser"].messages, 9);
-    assert_eq!(bench.unit.status().troubles.len(), 1);
+    assert_eq!(bench.unit.status().troubles.len(), 2);
     bench.unit.be_quiet();
     bench.say(&unlike("two"));
     assert_eq!(bench.events(), [""; 0]);
