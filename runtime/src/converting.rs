@@ -139,7 +139,7 @@ enum Outcome {
 impl SampleProgram {
     /// Converts a copy of a sample. A sample of another type stays as it is, and is refused later.
     /// While the component is not active, no tree is asked.
-    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Outcome, Refused> {
+    fn run(&mut self, header: Header, body: &[u8], copy: &mut Copied) -> Result<Outcome, String> {
         let is_strange = header.type_hash != 0 && header.type_hash != self.type_hash;
         let program = match header.encoding {
             Encoding::Cdr => &self.cdr,
@@ -153,8 +153,8 @@ impl SampleProgram {
             return Ok(Outcome::Dropped);
         }
         let result = convert(program, self.frames.as_mut(), copy.fill(body));
-        self.counts.note(&result);
-        result.map(|_| Outcome::Converted)
+        self.counts.note(Whose::Provider, result)?;
+        Ok(Outcome::Converted)
     }
 }
 

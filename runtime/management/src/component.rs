@@ -492,7 +492,7 @@ pub struct FreshnessStatus {
 }
 
 /// Counts of the conversions of a slot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConvertedStatus {
     /// The messages that were converted.
     pub messages: u64,
