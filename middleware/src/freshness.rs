@@ -1,6 +1,6 @@
 //! How old a value is, and what it is made of.
 //!
-//! The labels are those of RobMoSys, deliverable 3.2, section 2.2: a result of a fresh computation, one
+//! The labels are those of `RobMoSys`, deliverable 3.2, section 2.2: a result of a fresh computation, one
 //! of cached parts, and one that was cached as a whole.
 
 use std::ops::Deref;

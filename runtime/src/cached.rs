@@ -208,9 +208,7 @@ impl Client for CachingClient {
     ) -> Result<(), CallError> {
         let keeps = self.cache > 0 || self.stale == Stale::Last;
         let begun = self.now();
-        let bytes = if !keeps {
-            Cow::Borrowed(request.begin())
-        } else if request.begin().len() == request.length() {
+        let bytes = if !keeps || request.begin().len() == request.length() {
             Cow::Borrowed(request.begin())
         } else {
             Cow::Owned(buffer(request)?)

@@ -75,11 +75,11 @@ const fn description(name: &'static str, slots: &'static [Slot]) -> Description 
 }
 
 const CACHED: Qos = Qos {
-    cache: Some(Duration::from_secs(3600)),
+    cache: Some(Duration::from_hours(1)),
     ..Qos::CALL
 };
 const LATEST: Qos = Qos {
-    latest: Some(Duration::from_secs(3600)),
+    latest: Some(Duration::from_hours(1)),
     ..Qos::CALL
 };
 

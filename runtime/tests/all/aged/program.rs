@@ -145,9 +145,9 @@ impl Component for Aged {
         if number % 2 == 0 {
             let _ = self.right.publish_parts((&(number - 1),));
         }
-        let newest = self.newest.newest(0, |reader| reader.get::<i32>());
+        let newest = self.newest.newest(0, typed::read::<(i32,)>);
         if let Ok(newest) = newest {
-            self.tell(newest.value, newest.age());
+            self.tell(newest.value.0, newest.age());
         }
         let asked: Result<i32, rc_middleware::CallError> =
             self.double.call(&DOUBLE, (&(number / 4),));
@@ -192,8 +192,8 @@ impl Component for Aged {
 
     fn collected(&mut self, _: usize, samples: &[Collected]) -> Result<(), HandlerError> {
         for sample in samples {
-            let sample = sample.read(|reader| reader.get::<i32>())?;
-            self.tell(sample.value, sample.age());
+            let sample = sample.read(typed::read::<(i32,)>)?;
+            self.tell(sample.value.0, sample.age());
         }
         self.pairs += 1;
         Ok(())
