@@ -5,6 +5,21 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_idsl::Library;
 use rc_idsl::model::{Interface, TypeDeclKind, TypeId};
 use rc_syntax::Name;
+use std::collections::BTreeSet;
+
+/// `wanted`, with a `_` at the end as long as the name is taken. Takes it.
+pub(crate) fn free(wanted: String, taken: &mut BTreeSet<String>) -> String {
+    let mut name = wanted;
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
+}
+
+/// A name as a part of a longer one, without the `_` that keeps it apart from others.
+pub(crate) fn bare(name: &str) -> &str {
+    name.trim_end_matches('_')
+}
 
 /// The names of the declarations of the IDSL in a language.
 pub(crate) struct Naming {

@@ -45,6 +45,7 @@ pub mod view;
 mod viewer;
 pub mod workspace;
 pub mod world;
+mod world_types;
 
 pub use files::Files;
 pub use load::FileLoader;

@@ -7,6 +7,7 @@ mod documentation;
 pub mod environment;
 pub mod environment_copy;
 mod handlers;
+mod imports;
 mod interfaces;
 pub mod interpreter;
 mod layout;

@@ -55,6 +55,7 @@ type WorldTold = (
     u64,
     String,
     Vec<String>,
+    u64,
 );
 
 impl Link {
@@ -240,7 +241,7 @@ impl Link {
 
     /// Reports the state of the replica of the component's world to the supervisor.
     fn set_world_status(&self, told: WorldTold) -> PyResult<()> {
-        let (behind, behind_ms, conflicts, first_conflicts, fault, refused, last_refusal, silent) =
+        let (behind, behind_ms, conflicts, first_conflicts, fault, refused, last_refusal, silent, more_silent) =
             told;
         self.with_core(|core| {
             core.world_report().set(WorldStatus {
@@ -252,6 +253,7 @@ impl Link {
                 refused,
                 last_refusal,
                 silent,
+                more_silent,
             });
         })
     }

@@ -1,5 +1,6 @@
 //! Names and types of Python for a component, for the templates of its package.
 
+use super::imports::Imports;
 use super::interfaces::{self, InterfaceFile};
 use super::library::{TypeModule, Types};
 use super::machine::{self, Machine};
@@ -83,10 +84,23 @@ pub(crate) struct Component<'a> {
     /// The lines that `__init__` imports, and its `__all__`.
     imports: Vec<String>,
     exports: Vec<String>,
-    worker_imports: Vec<String>,
-    worker_uses: super::library::Uses,
+    worker_imports: Imports,
+    worker_base: &'static str,
+    context_imports: Imports,
+    context_base: &'static str,
+    /// The slots that the context opens.
+    opened: Vec<Opened>,
     user: User,
     testing: Testing,
+}
+
+/// A slot that calls or publishes, or an array, as the context opens it.
+#[derive(Debug, Serialize)]
+struct Opened {
+    /// The field, with its type where a checker cannot find it.
+    target: String,
+    value: String,
+    doc: String,
 }
 
 /// Contents of the user's new worker.
@@ -224,6 +238,16 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     });
     let mut worker_imports: Vec<String> = worker_imports.collect();
     worker_imports.sort();
+    worker_imports.insert(0, "from .context import Context".to_owned());
+    if world.as_ref().is_some_and(World::reads) {
+        worker_imports.insert(0, "from . import world as _world".to_owned());
+    }
+    let context_base = match (view.viewer, world.is_some()) {
+        (true, true) => "_innermodel.InnerModelContext, _shared.WorldContext",
+        (true, false) => "_innermodel.InnerModelContext",
+        (false, true) => "_shared.WorldContext",
+        (false, false) => "_robocomp.Context",
+    };
     let (imports, exports) = exports(view, &modules, &interfaces, &unique);
     Component {
         name: &view.name,
@@ -241,8 +265,15 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         arrays: view.has_arrays(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
-        worker_uses: super::library::Uses::of(&signatures),
-        worker_imports,
+        worker_imports: Imports::of(&signatures, &[("_robocomp.", true)], worker_imports),
+        worker_base: if view.managed {
+            "ManagedWorker"
+        } else {
+            "Worker"
+        },
+        context_imports: context_imports(view, &interfaces),
+        context_base,
+        opened: slots.iter().filter_map(opened).collect(),
         classes: classes(view, &interfaces),
         types: modules,
         interfaces,
@@ -283,6 +314,66 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
             _ => Vec::new(),
         },
     }
+}
+
+fn context_imports(view: &view::Component, interfaces: &[InterfaceFile]) -> Imports {
+    let ends = interfaces.iter().filter(|file| file.has_ends());
+    let ends = ends.map(|file| format!("from .interfaces import {0} as _{0}", file.stem));
+    let robots = view.kinematics.iter().map(|one| names::snake(&one.name));
+    let robots =
+        robots.map(|field| format!("from .kinematics import {field} as _kinematics_{field}"));
+    let parts = [
+        (view.machine.is_some(), "from .machine import Machine"),
+        (view.parameters.is_some(), "from .parameters import Params"),
+        (view.world.is_some(), "from .world import READS as _READS"),
+        (view.world.is_some(), "from .world import World"),
+    ];
+    let parts = parts.iter().filter(|(there, _)| *there);
+    let parts = parts.map(|(_, line)| (*line).to_owned());
+    let words = [
+        ("_abc.", view.parameters.is_some()),
+        ("_typing.", view.parameters.is_some()),
+        ("_robocomp.", true),
+        ("_innermodel.", view.viewer),
+        ("_shared.", view.world.is_some()),
+    ];
+    Imports::of(&[], &words, ends.chain(robots).chain(parts).collect())
+}
+
+fn opened(slot: &Slot) -> Option<Opened> {
+    let Slot {
+        index,
+        field,
+        role,
+        interface,
+        ..
+    } = slot;
+    let class = format!("_{}.{}", slot.module, slot.class);
+    let (target, value) = match (slot.is_array, slot.sends) {
+        (true, true) => (
+            field.clone(),
+            format!("_robocomp.SlotArray(link, {index}, {class})"),
+        ),
+        (true, false) => (
+            format!("{field}: _robocomp.SlotArray[None]"),
+            format!(
+                "_robocomp.SlotArray(\n            link, {index}, lambda _link, _slot: None\n        )"
+            ),
+        ),
+        (false, true) => (field.clone(), format!("{class}(link, {index})")),
+        (false, false) => return None,
+    };
+    let doc = match (slot.is_array, slot.optional) {
+        (true, true) => format!(
+            "{role} `{interface}[]`: open its members in `initialize`. They are optional: calls raise `NoServer` without a server."
+        ),
+        (true, false) => format!("{role} `{interface}[]`: open its members in `initialize`."),
+        (false, true) => {
+            format!("{role} `{interface}`, optional: calls raise `NoServer` without a server.")
+        }
+        (false, false) => format!("{role} `{interface}`."),
+    };
+    Some(Opened { target, value, doc })
 }
 
 /// Where names come from that only one module declares: the name, and the module that the package

@@ -1,6 +1,6 @@
 //! Names and types of Python for interfaces: what `templates/python/interface.py.tera` prints.
 
-use super::library::Uses;
+use super::imports::Imports;
 use super::{documentation, layout, library, names, types};
 use crate::view;
 use crate::view::library::{Interface, Operation};
@@ -23,8 +23,7 @@ pub(crate) struct InterfaceFile {
     client: String,
     publisher: String,
     operations: Vec<Function>,
-    imports: Vec<String>,
-    uses: Uses,
+    imports: Imports,
     /// The names that it declares.
     pub(crate) exports: Vec<String>,
 }
@@ -47,12 +46,11 @@ struct Function {
     doc: String,
     /// Arguments for the port, each after a comma.
     arguments: String,
-    two_way: bool,
+    /// The lines that call.
+    calls: Vec<String>,
     /// `def name(…) -> …:` of a client and of a publisher.
     call: String,
     publish: String,
-    /// The type of the reply; `None` where there is none.
-    result: String,
     /// Function that lends a sample in place, and its type; empty where there is none.
     loan: String,
     lent: String,
@@ -62,6 +60,11 @@ struct Function {
 }
 
 impl InterfaceFile {
+    /// Whether a slot calls it or publishes on it.
+    pub(crate) fn has_ends(&self) -> bool {
+        !self.client.is_empty() || !self.publisher.is_empty()
+    }
+
     /// The operations that reply with a result and `out` parameters, the classes of the replies,
     /// and their fields.
     pub(crate) fn replies(&self) -> impl Iterator<Item = (&str, &str, &[String])> {
@@ -187,15 +190,20 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -
             texts.extend([&*operation.publish, &operation.lent]);
         }
     }
-    let mut uses = Uses::of(&texts);
-    uses.needs_typing(!answers.is_empty());
     let modules = view
         .modules
         .iter()
         .map(|module| names::module(&module.name));
     let modules = modules.filter(|stem| layout::mentions(&texts, &format!("_{stem}.")));
-    let mut imports: Vec<String> = modules.collect();
-    imports.sort();
+    let mut modules: Vec<String> = modules.collect();
+    modules.sort();
+    let modules = modules.into_iter();
+    let modules = modules.map(|stem| format!("from ..types import {stem} as _{stem}"));
+    let words = [
+        ("_typing.", !answers.is_empty()),
+        ("_robocomp.", calls || publishes),
+    ];
+    let imports = Imports::of(&texts, &words, modules.collect());
     let client = if calls {
         format!("{class}Client")
     } else {
@@ -225,7 +233,6 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -
         publisher,
         operations,
         imports,
-        uses,
     }
 }
 
@@ -273,11 +280,19 @@ fn call(view: &view::Component, index: usize, of: &Operation, path: types::Path)
     };
     let sample = in_place(&of.sample_in_place, "Loan");
     let seen = in_place(&of.result_in_place, "View");
+    let calls = match (of.two_way, result.as_str()) {
+        (false, _) => vec![format!("self._command({index}{passed})")],
+        (true, "None") => vec![format!("self._query({index}{passed})")],
+        (true, result) => vec![
+            format!("reply: {result} = self._query({index}{passed})"),
+            "return reply".to_owned(),
+        ],
+    };
     Function {
         index,
         doc: documentation::of_operation(of),
         arguments: passed,
-        two_way: of.two_way,
+        calls,
         call: layout::call(4, &head, &arguments, &format!(" -> {result}:")),
         publish: layout::call(4, &head, &arguments, " -> None:"),
         loan: text(sample.is_some(), format!("loan_{bare}")),
@@ -292,6 +307,5 @@ fn call(view: &view::Component, index: usize, of: &Operation, path: types::Path)
             ),
         ),
         seen: seen.unwrap_or_default(),
-        result,
     }
 }

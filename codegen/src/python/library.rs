@@ -1,6 +1,7 @@
 //! Names and types of Python for the types of IDSL modules: what `templates/python/module.py.tera`
 //! prints.
 
+use super::imports::Imports;
 use super::{documentation, layout, names, types};
 use crate::view;
 use crate::view::library::{Kind, Module, TypeDecl};
@@ -22,9 +23,7 @@ pub(crate) struct TypeModule {
     aliases: Vec<Alias>,
     /// Annotation of values in shared memory.
     views: Vec<View>,
-    /// Other modules whose types it mentions.
-    imports: Vec<String>,
-    uses: Uses,
+    imports: Imports,
     /// The names that it declares.
     pub(crate) exports: Vec<String>,
 }
@@ -34,33 +33,6 @@ impl TypeModule {
     pub(crate) fn has_alias_in(&self, text: &str) -> bool {
         let mut words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
         words.any(|word| self.aliases.iter().any(|alias| alias.name == word))
-    }
-}
-
-/// Libraries that a file mentions.
-#[derive(Debug, Default, Serialize)]
-pub(crate) struct Uses {
-    numpy: bool,
-    npt: bool,
-    dataclasses: bool,
-    typing: bool,
-    enums: bool,
-}
-
-impl Uses {
-    pub(crate) fn needs_typing(&mut self, needs: bool) {
-        self.typing |= needs;
-    }
-
-    pub(crate) fn of(texts: &[&str]) -> Self {
-        let any = |word: &str| texts.iter().any(|text| text.contains(word));
-        Self {
-            numpy: any("_np."),
-            npt: any("_npt."),
-            dataclasses: any("_dataclasses."),
-            typing: any("_typing."),
-            enums: any("_enum."),
-        }
     }
 }
 
@@ -89,7 +61,9 @@ struct Enumerator {
 #[derive(Debug, Serialize)]
 struct Class {
     name: String,
-    exception: bool,
+    /// The class of the package that it stands on, and arguments of `dataclass`.
+    base: &'static str,
+    options: &'static str,
     doc: String,
     fields: Vec<Field>,
 }
@@ -259,7 +233,8 @@ impl<'a> Types<'a> {
                 Kind::Struct { members } => classes.push(Class {
                     doc: doc("structure"),
                     name,
-                    exception: false,
+                    base: "Struct",
+                    options: "slots=True, eq=False",
                     fields: members
                         .iter()
                         .map(|m| self.field(m, &path, false))
@@ -268,7 +243,8 @@ impl<'a> Types<'a> {
                 Kind::Exception { members } => classes.push(Class {
                     doc: doc("exception"),
                     name,
-                    exception: true,
+                    base: "RemoteError",
+                    options: "eq=False",
                     fields: members.iter().map(|m| self.field(m, &path, true)).collect(),
                 }),
                 Kind::Alias { target } => aliases.push(Alias {
@@ -288,15 +264,21 @@ impl<'a> Types<'a> {
                 .flat_map(|view| &view.fields)
                 .map(String::as_str),
         );
-        let mut uses = Uses::of(&texts);
-        uses.dataclasses |= !classes.is_empty();
-        uses.enums |= !enums.is_empty();
-        uses.typing |= !aliases.is_empty() || !constants.is_empty() || !views.is_empty();
         let others = self.view.modules.iter().filter(|m| m.name != module.name);
         let others = others.map(|other| names::module(&other.name));
         let mentioned = |stem: &String| layout::mentions(&texts, &format!("_{stem}."));
-        let mut imports: Vec<String> = others.filter(mentioned).collect();
-        imports.sort();
+        let mut others: Vec<String> = others.filter(mentioned).collect();
+        others.sort();
+        let others = others.into_iter();
+        let others = others.map(|stem| format!("from . import {stem} as _{stem}"));
+        let has_typing = !aliases.is_empty() || !constants.is_empty() || !views.is_empty();
+        let words = [
+            ("_dataclasses.", !classes.is_empty()),
+            ("_enum.", !enums.is_empty()),
+            ("_typing.", has_typing),
+            ("_robocomp.", !classes.is_empty() || !views.is_empty()),
+        ];
+        let imports = Imports::of(&texts, &words, others.collect());
         let mut exports: Vec<String> = constants.iter().map(|c| c.name.clone()).collect();
         exports.extend(enums.iter().map(|e| e.name.clone()));
         exports.extend(classes.iter().map(|c| c.name.clone()));
@@ -318,7 +300,6 @@ impl<'a> Types<'a> {
             aliases,
             views,
             imports,
-            uses,
             exports,
         }
     }

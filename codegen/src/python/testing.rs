@@ -1,7 +1,8 @@
 //! Names and types of Python for the fakes of a component: what `templates/python/testing.py.tera`
 //! prints.
 
-use super::library::{Types, Uses};
+use super::imports::Imports;
+use super::library::Types;
 use super::{documentation, interfaces, layout, names, types};
 use crate::view;
 use crate::view::library::Operation;
@@ -14,10 +15,7 @@ pub(crate) struct Testing {
     fakes: Vec<Fake>,
     calls: bool,
     publishes: bool,
-    /// Whether an operation can be answered.
-    answers: bool,
-    imports: Vec<String>,
-    uses: Uses,
+    imports: Imports,
 }
 
 /// The fake peer of one slot that calls or publishes.
@@ -74,12 +72,12 @@ pub(crate) fn of(view: &view::Component, of: &Types) -> Testing {
             .map(|_| "from .parameters import Params".to_owned()),
     );
     imports.sort();
+    imports.insert(0, "from . import COMPONENT".to_owned());
+    let words = [("_abc.", !texts.is_empty()), ("_testing.", true)];
     Testing {
         calls: fakes.iter().any(|fake| fake.calls),
         publishes: fakes.iter().any(|fake| !fake.calls),
-        answers: !texts.is_empty(),
-        uses: Uses::of(&texts),
-        imports,
+        imports: Imports::of(&texts, &words, imports),
         fakes,
     }
 }

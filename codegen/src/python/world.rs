@@ -2,25 +2,31 @@
 
 use super::{documentation, layout, names};
 use crate::view;
+use crate::world_types::{self, Spelling};
 use graph_language::model::Kind;
 use rc_vocabulary::Role;
 use serde::Serialize;
-use std::collections::BTreeSet;
 
-/// The names that the module of a world has for all schemas.
-const OWN: [&str; 8] = [
-    "Edit", "FILES", "READS", "RIGHTS", "View", "World", "World_", "_shared",
-];
-/// Members of every class of nodes or edges, and of what changes one.
-const MEMBERS: [&str; 12] = [
-    "IS_EDGE", "KIND", "element", "end", "get", "id", "remove", "set", "start", "type", "_edit",
-    "_of",
-];
-/// Functions of every view and every change.
-const FUNCTIONS: [&str; 12] = [
-    "add_edge", "add_node", "all", "edge", "graph", "node", "token", "_end", "_one", "_edge",
-    "_new", "_between",
-];
+const SPELLING: Spelling = Spelling {
+    ty: names::class,
+    function: names::member,
+    attribute: names::member,
+    argument: names::parameter,
+    types: &[
+        "Edit", "FILES", "READS", "RIGHTS", "View", "World", "World_", "_shared",
+    ],
+    functions: &[
+        "add_edge", "add_node", "all", "edge", "graph", "node", "token", "_end", "_one", "_edge",
+        "_new", "_between",
+    ],
+    members: &[
+        "IS_EDGE", "KIND", "element", "end", "get", "id", "remove", "set", "start", "type",
+        "_edit", "_of",
+    ],
+    arguments: &["self"],
+};
+
+type Type<'a> = world_types::Type<'a, Documentation, Attribute>;
 
 /// The world of a component.
 #[derive(Debug, Serialize)]
@@ -48,56 +54,40 @@ struct Handler {
     signature: String,
 }
 
-/// A type of nodes or edges.
+/// What Python adds to a type of nodes or edges.
 #[derive(Debug, Serialize)]
-struct Type<'a> {
-    kind: &'a str,
-    class: String,
-    edit: String,
-    change: String,
-    /// The function that finds one, and the one that adds one.
-    function: String,
-    add: String,
+struct Documentation {
     doc: String,
-    is_edge: bool,
-    from: String,
-    to: String,
-    has_name: bool,
-    is_written: bool,
-    is_changed: bool,
-    is_read: bool,
-    attributes: Vec<Attribute<'a>>,
 }
 
-#[derive(Debug, Serialize)]
-struct Attribute<'a> {
-    name: &'a str,
-    member: String,
-    /// The type of its value, and of what sets it.
-    ty: String,
-    argument: String,
+/// What Python adds to an attribute: the type of its value, and of what sets it.
+#[derive(Clone, Debug, Serialize)]
+struct Attribute {
+    ty: &'static str,
+    argument: &'static str,
     doc: String,
-    is_written: bool,
+}
+
+impl World<'_> {
+    /// Whether the worker has handlers of changes.
+    pub(super) fn reads(&self) -> bool {
+        !self.handlers.is_empty()
+    }
 }
 
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
-    let mut classes: BTreeSet<String> = OWN.map(str::to_owned).into();
-    let mut functions: BTreeSet<String> = FUNCTIONS.map(str::to_owned).into();
-    let types = world.types.iter();
-    let types: Vec<Type> = types
-        .map(|of| one(of, &mut classes, &mut functions))
-        .collect();
+    let types = world_types::of(world, &SPELLING, documentation, attribute);
     let read = types.iter().filter(|of| of.is_read);
     let handlers = read.map(|of| {
-        let name = format!("{}_changed", of.function.trim_end_matches('_'));
+        let name = of.handler.clone();
         let arguments = ["self", "ctx: Context"].map(str::to_owned);
         let change = format!("change: _world.{}", of.change);
         let arguments: Vec<String> = arguments.into_iter().chain([change]).collect();
         Handler {
             signature: layout::call(4, &format!("def {name}"), &arguments, " -> None:"),
             kind: of.kind.to_owned(),
-            class: of.class.clone(),
+            class: of.ty.clone(),
             name,
         }
     });
@@ -154,63 +144,18 @@ fn right(write: &view::world::Written) -> String {
     format!("({}, {attribute}, {stream})", literal(&write.kind))
 }
 
-/// A name that is not taken yet.
-fn free(mut name: String, taken: &mut BTreeSet<String>) -> String {
-    while taken.contains(&name) {
-        name.push('_');
-    }
-    taken.insert(name.clone());
-    name
-}
-
-fn one<'a>(
-    of: &'a view::world::Type,
-    classes: &mut BTreeSet<String>,
-    functions: &mut BTreeSet<String>,
-) -> Type<'a> {
-    let class = free(names::class(&of.name), classes);
-    let bare = class.trim_end_matches('_').to_owned();
-    let function = free(names::member(&of.name), functions);
-    let mut members: BTreeSet<String> = MEMBERS.map(str::to_owned).into();
-    let attributes = of.attributes.iter();
-    let attributes: Vec<Attribute> = attributes.map(|own| attribute(own, &mut members)).collect();
-    let [from, to] = of
-        .ports
-        .as_ref()
-        .map_or_else(Default::default, |[from, to]| {
-            let from = names::parameter(from);
-            let mut taken: BTreeSet<String> = [from.clone(), "self".to_owned()].into();
-            [from, free(names::parameter(to), &mut taken)]
-        });
-    let what = if of.ports.is_some() {
-        "An edge"
-    } else {
-        "A node"
+fn documentation(of: &view::world::Type) -> Documentation {
+    let what = match of.ports {
+        Some(_) => "An edge",
+        None => "A node",
     };
-    Type {
-        kind: &of.name,
-        edit: free(format!("{bare}Edit"), classes),
-        change: free(format!("{bare}Change"), classes),
-        add: free(format!("add_{}", function.trim_end_matches('_')), functions),
-        function,
-        class,
-        doc: documentation::docstring_or(4, &of.doc, format!("{what} of the type `{}`.", of.name)),
-        is_edge: of.ports.is_some(),
-        from,
-        to,
-        has_name: of.ports.is_none()
-            && of
-                .attributes
-                .iter()
-                .any(|own| own.name == "name" && own.kind == Kind::Text),
-        is_written: of.is_written,
-        is_changed: of.is_written || of.attributes.iter().any(|own| own.is_written),
-        is_read: of.is_read,
-        attributes,
+    let doc = format!("{what} of the type `{}`.", of.name);
+    Documentation {
+        doc: documentation::docstring_or(4, &of.doc, doc),
     }
 }
 
-fn attribute<'a>(of: &'a view::world::Attribute, members: &mut BTreeSet<String>) -> Attribute<'a> {
+fn attribute(of: &view::world::Attribute) -> Attribute {
     let (ty, argument) = match &of.kind {
         Kind::Bool => ("bool", "bool"),
         Kind::Int => ("int", "int"),
@@ -225,11 +170,8 @@ fn attribute<'a>(of: &'a view::world::Attribute, members: &mut BTreeSet<String>)
     let mut doc = of.doc.clone();
     doc.push(format!("`{}`. `None` if it has no value.", of.text));
     Attribute {
-        name: &of.name,
-        member: free(names::member(&of.name), members),
-        ty: ty.to_owned(),
-        argument: argument.to_owned(),
+        ty,
+        argument,
         doc: documentation::docstring(8, &doc),
-        is_written: of.is_written,
     }
 }

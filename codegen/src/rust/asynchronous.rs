@@ -4,8 +4,9 @@
 use super::exports::{self, Exports};
 use super::handlers::Handler;
 use super::operation::{self, Operation};
-use super::operation_names::{answer_name, bare, error_name};
+use super::operation_names::{answer_name, error_name};
 use super::{names, types};
+use crate::collisions::{self, bare};
 use crate::view;
 use crate::view::library::Interface;
 use serde::Serialize;
@@ -85,14 +86,14 @@ fn one<'a>(
     let module = exports::interface_module(view, &slot.module, &slot.interface);
     let methods = of.operations.iter().map(|o| names::method(&o.name));
     let mut functions: BTreeSet<String> = methods.collect();
-    let take = names::free("take".to_owned(), &mut functions);
+    let take = collisions::free("take".to_owned(), &mut functions);
     let all = operation::all(of, &path).into_iter().enumerate();
     let queries = all.zip(&of.operations).filter(|(_, view)| view.two_way);
     let operations = queries.map(|((place, operation), view)| {
         let method = names::method(&view.name);
         let answer = operation.answer.clone();
         Query {
-            start: names::free(format!("start_{}", bare(&method)), &mut functions),
+            start: collisions::free(format!("start_{}", bare(&method)), &mut functions),
             done: done(&method),
             ok: match answer.as_str() {
                 "" => operation.result.clone(),

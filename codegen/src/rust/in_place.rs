@@ -2,8 +2,8 @@
 
 use super::checks::{self, Held, Place, READS};
 use super::names::{self, IN_PLACE};
-use super::operation_names::bare;
 use super::types;
+use crate::collisions::{self, bare};
 use crate::view::documentation;
 use crate::view::in_place::{Item, Part, Structure};
 use serde::Serialize;
@@ -169,7 +169,7 @@ fn place(home: &str, of: &Structure) -> InPlaceType {
     let mut taken: BTreeSet<String> = of.parts.iter().map(part_name).collect();
     let counted = of.parts.iter().filter(|part| part.room.is_some());
     let mut functions: BTreeSet<String> = counted.map(part_name).collect();
-    let mut free = |wanted: String| names::free(wanted, &mut taken);
+    let mut free = |wanted: String| collisions::free(wanted, &mut taken);
     let (mut fields, mut parts, mut gaps) = (Vec::new(), Vec::new(), 0);
     let mut gap =
         |bytes: usize, fields: &mut Vec<Field>, free: &mut dyn FnMut(String) -> String| {
@@ -218,7 +218,7 @@ fn place(home: &str, of: &Structure) -> InPlaceType {
         let mut part = part_view(home, &owner, &of.path, part, name, length, item);
         if part.counted {
             let of_part = bare(&part.name).to_owned();
-            let mut function = |wanted: String| names::free(wanted, &mut functions);
+            let mut function = |wanted: String| collisions::free(wanted, &mut functions);
             part.set = function(format!("set_{of_part}"));
             part.write = function(format!("{of_part}_mut"));
             part.resize = function(format!("resize_{of_part}"));

@@ -1,9 +1,9 @@
 //! Names and types of Rust for an interface: what `templates/rust/interface.tera` prints.
 
 use super::operation::{self, Operation};
-use super::operation_names::bare;
 use super::shapes::{self, Shape};
 use super::{names, those, types};
+use crate::collisions::{self, bare};
 use crate::view::library as view;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -109,7 +109,7 @@ fn errors(interface: &view::Interface, operations: &[Operation]) -> Vec<ErrorEnu
         let all = all.map(|e| format!("{}({}) = {}", e.variant, e.ty, e.constant));
         let all: Vec<String> = all.collect();
         let error = ErrorEnum {
-            name: names::free(format!("{}OrCall", variants.join("Or")), &mut taken),
+            name: collisions::free(format!("{}OrCall", variants.join("Or")), &mut taken),
             throws: all.join(", "),
             operations: vec![own],
         };

@@ -7,7 +7,6 @@
 use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
-use std::collections::BTreeSet;
 
 const WORDS: [&str; 53] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
@@ -24,7 +23,11 @@ const LOCALS: [&str; 9] = [
 
 /// A field, a function or a module.
 pub fn snake(name: &str) -> String {
-    let snake = name.to_snake_case();
+    let snake = if is_snake(name) {
+        name.to_owned()
+    } else {
+        name.to_snake_case()
+    };
     let snake = if snake.is_empty() {
         "_".to_owned() + name
     } else if snake.starts_with(|c: char| c.is_ascii_digit()) {
@@ -37,6 +40,15 @@ pub fn snake(name: &str) -> String {
     } else {
         snake
     }
+}
+
+/// Whether a name is `snake_case` already, as most are that were made of others.
+fn is_snake(name: &str) -> bool {
+    let fits = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
+    let ends = [name.bytes().next(), name.bytes().next_back()];
+    ends.iter().all(|end| end.is_some_and(|byte| byte != b'_'))
+        && name.bytes().all(fits)
+        && !name.contains("__")
 }
 
 /// Functions that every client or publisher has.
@@ -131,15 +143,6 @@ pub fn shout(name: &str) -> String {
     } else {
         shout
     }
-}
-
-/// `wanted`, with a `_` at the end as long as the name is taken. Takes it.
-pub(crate) fn free(wanted: String, taken: &mut BTreeSet<String>) -> String {
-    let mut name = wanted;
-    while !taken.insert(name.clone()) {
-        name.push('_');
-    }
-    name
 }
 
 /// Names of packages that Rust, cargo or this project has for something else.

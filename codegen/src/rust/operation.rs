@@ -5,9 +5,10 @@ use super::checks::{self, Held, Place, READS, WRITES};
 use super::codecs::{Codecs, placed};
 use super::members::{Input, input};
 use super::operation_names::{
-    answer_name, bare, error_name, exception_constant, operation_constant, plain, variant,
+    answer_name, error_name, exception_constant, operation_constant, plain, variant,
 };
 use super::{names, types};
+use crate::collisions::{self, bare};
 use crate::view::documentation;
 use crate::view::library as view;
 use crate::view::types::{Named, Type};
@@ -234,7 +235,7 @@ pub(super) fn of<'a>(
     };
     let method = names::method(&of.name);
     let mut function = |there: bool, wanted: String| {
-        let name = there.then(|| names::free(wanted, functions));
+        let name = there.then(|| collisions::free(wanted, functions));
         name.unwrap_or_default()
     };
     let sample_in_place = placed(of.sample_in_place.as_ref(), path);
@@ -371,7 +372,7 @@ fn fake(
     replies: &[Reply],
     variants: &mut BTreeSet<String>,
 ) -> String {
-    let variant = names::free(names::camel(&of.name), variants);
+    let variant = collisions::free(names::camel(&of.name), variants);
     let call = format!("\"{}\", {}, 0x{}", of.name, of.id, of.type_hash);
     let answer = if of.two_way {
         let thrown = throws.iter().map(|e| (&e.ty, e.constant.as_str()));

@@ -53,8 +53,3 @@ pub(crate) fn exception_constant<'a>(
 pub(crate) fn plain(operation: &str) -> String {
     names::shout(operation).to_lowercase()
 }
-
-/// A name as a part of a longer one, without the `_` that keeps it apart from a word of Rust.
-pub(crate) fn bare(name: &str) -> &str {
-    name.trim_end_matches('_')
-}

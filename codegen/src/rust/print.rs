@@ -28,9 +28,9 @@ impl Template {
         Self::new(parts, true, true)
     }
 
-    /// A template of text that is printed without layout.
+    /// A template of text that is printed without layout, most often for a new component.
     const fn text(parts: &'static [(&'static str, &'static str)]) -> Self {
-        Self::new(parts, false, true)
+        Self::new(parts, false, false)
     }
 
     const fn new(
@@ -69,16 +69,14 @@ static TEMPLATES: [Template; 23] = [
     Template::new(templates!["rust": "world.rs"], true, false),
     Template::new(templates!["rust": "asynchronous.rs"], true, false),
     Template::new(templates!["rust": "freshness.rs"], true, false),
-    Template::text(templates!["rust": "cargo.toml"]),
+    Template::new(templates!["rust": "cargo.toml"], false, true),
     Template::text(templates!["rust": "user_cargo.toml"]),
     Template::text(templates!["rust": "user_main.rs"]),
     Template::text(templates!["rust": "user_lib.rs"]),
     Template::text(templates!["rust": "user_worker.rs", "user_impl.rs", "user_handler.rs"]),
     Template::text(templates!["rust": "user_test.rs"]),
-    Template::new(
+    Template::text(
         templates!["rust": "stubs.rs", "user_impl.rs", "user_handler.rs", "user_lib.rs", "user_main.rs"],
-        false,
-        false,
     ),
 ];
 
@@ -181,6 +179,7 @@ impl<'a> Printer<'a> {
         self.context.insert("use_line", &imports);
         self.context.insert("dependencies", dependencies);
         let mut jobs = jobs(component);
+        jobs.retain(|job| job.owner != Owner::Specific || !files.has_specific(&job.path));
         // Laying out code takes most of the time of a generation.
         let texts = parallel::map(&mut jobs, |job| print(job.template, &self.context));
         for (job, text) in jobs.into_iter().zip(texts) {

@@ -4,6 +4,7 @@
 use super::exports;
 use super::names;
 use super::worker::WORKER;
+use crate::collisions;
 use crate::view;
 use rc_vocabulary::Role;
 use serde::Serialize;
@@ -93,8 +94,8 @@ fn fake(
     let calls = slot.role == Role::Requires;
     let base = names::camel(&slot.name);
     let kept = if calls { "Call" } else { "Sample" };
-    let server = names::free(format!("{base}Fake"), taken);
-    let kept = names::free(format!("{base}{kept}"), taken);
+    let server = collisions::free(format!("{base}Fake"), taken);
+    let kept = collisions::free(format!("{base}{kept}"), taken);
     let one = if calls {
         server.clone()
     } else {

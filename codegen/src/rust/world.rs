@@ -4,32 +4,39 @@ use super::handlers::Handler;
 use super::names;
 use super::worker_traits::WorkerTrait;
 use crate::view;
+use crate::world_types::{self, Spelling};
 use graph_language::model::Kind;
 use serde::Serialize;
-use std::collections::BTreeSet;
 
 /// The trait with the handlers of changes.
 pub(super) const TRAIT: &str = "WorldHandlers";
 
-/// The names that the module of a world has for all schemas.
-const OWN: [&str; 9] = [
-    "Context",
-    "Edit",
-    "None",
-    "Ok",
-    "Overruled",
-    "Some",
-    TRAIT,
-    "View",
-    "World",
-];
-/// The functions of every type of nodes or edges that is changed, and those of traits that an
-/// attribute would hide.
-const FUNCTIONS: [&str; 8] = [
-    "as_ref", "borrow", "clone", "deref", "edit", "id", "remove", "set_in",
-];
-/// The functions of traits that a type of nodes would hide.
-const HIDDEN: [&str; 3] = ["clone", "cmp", "index"];
+const SPELLING: Spelling = Spelling {
+    ty: names::ty,
+    function: names::local,
+    attribute: names::snake,
+    argument: names::local,
+    types: &[
+        "Context",
+        "Edit",
+        "None",
+        "Ok",
+        "Overruled",
+        "Some",
+        TRAIT,
+        "View",
+        "World",
+    ],
+    // Those of traits that a type of nodes would hide.
+    functions: &["clone", "cmp", "index"],
+    // Those of traits that an attribute would hide are among them.
+    members: &[
+        "as_ref", "borrow", "clone", "deref", "edit", "id", "remove", "set_in",
+    ],
+    arguments: &[],
+};
+
+type Type<'a> = world_types::Type<'a, Documentation<'a>, Attribute<'a>>;
 
 /// The world of a component.
 #[derive(Debug, Serialize)]
@@ -63,40 +70,17 @@ struct File {
     text: String,
 }
 
-/// A type of nodes or edges.
+/// What Rust adds to a type of nodes or edges.
 #[derive(Debug, Serialize)]
-struct Type<'a> {
-    kind: &'a str,
-    ty: String,
-    edit: String,
-    change: String,
-    /// The function that finds one.
-    function: String,
-    /// The function of the trait.
-    handler: String,
-    add: String,
-    remove: String,
-    doc: Vec<String>,
-    is_edge: bool,
-    /// The arguments of an edge: where it starts and ends.
-    from: String,
-    to: String,
-    /// Whether nodes have an attribute `name`.
-    has_name: bool,
-    is_written: bool,
-    /// Whether the type or one of its attributes is set.
-    is_changed: bool,
-    is_read: bool,
-    attributes: Vec<Attribute<'a>>,
+struct Documentation<'a> {
+    doc: &'a [String],
 }
 
-#[derive(Debug, Serialize)]
+/// What Rust adds to an attribute.
+#[derive(Clone, Debug, Serialize)]
 struct Attribute<'a> {
-    name: &'a str,
-    doc: Vec<String>,
+    doc: &'a [String],
     text: &'a str,
-    get: String,
-    set: String,
     /// The type of its value, and the function that reads it.
     ty: String,
     read: String,
@@ -104,17 +88,11 @@ struct Attribute<'a> {
     /// needs one.
     argument: String,
     value: &'static str,
-    is_written: bool,
 }
 
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
-    let mut taken: BTreeSet<String> = OWN.map(str::to_owned).into();
-    let mut functions: BTreeSet<String> = HIDDEN.map(str::to_owned).into();
-    let types = world.types.iter();
-    let types: Vec<Type> = types
-        .map(|of| one(of, &mut taken, &mut functions))
-        .collect();
+    let types = world_types::of(world, &SPELLING, documentation, attribute);
     let read = types.iter().filter(|of| of.is_read);
     let mut handlers: Vec<Handler> = read
         .map(|of| {
@@ -200,57 +178,11 @@ fn right(write: &view::world::Written) -> String {
     }
 }
 
-fn one<'a>(
-    of: &'a view::world::Type,
-    taken: &mut BTreeSet<String>,
-    functions: &mut BTreeSet<String>,
-) -> Type<'a> {
-    let ty = names::free(names::ty(&of.name), taken);
-    let bare = ty.trim_end_matches('_');
-    let edit = names::free(format!("{bare}Edit"), taken);
-    let change = names::free(format!("{bare}Change"), taken);
-    let function = names::free(names::local(&of.name), functions);
-    let bare = function.trim_end_matches('_').to_owned();
-    let mut own: BTreeSet<String> = FUNCTIONS.map(str::to_owned).into();
-    let attributes = of.attributes.iter();
-    let attributes: Vec<Attribute> = attributes.map(|of| attribute(of, &mut own)).collect();
-    let [from, to] = of
-        .ports
-        .as_ref()
-        .map_or_else(Default::default, |[from, to]| {
-            let from = names::local(from);
-            let mut taken: BTreeSet<String> = [from.clone()].into();
-            let to = names::free(names::local(to), &mut taken);
-            [from, to]
-        });
-    Type {
-        kind: &of.name,
-        edit,
-        change,
-        handler: names::free(format!("{bare}_changed"), functions),
-        add: names::free(format!("add_{bare}"), functions),
-        remove: names::free(format!("remove_{bare}"), functions),
-        function,
-        ty,
-        doc: of.doc.clone(),
-        is_edge: of.ports.is_some(),
-        from,
-        to,
-        has_name: of.ports.is_none()
-            && of
-                .attributes
-                .iter()
-                .any(|own| own.name == "name" && own.kind == Kind::Text),
-        is_written: of.is_written,
-        is_changed: of.is_written || of.attributes.iter().any(|own| own.is_written),
-        is_read: of.is_read,
-        attributes,
-    }
+fn documentation(of: &view::world::Type) -> Documentation<'_> {
+    Documentation { doc: &of.doc }
 }
 
-fn attribute<'a>(of: &'a view::world::Attribute, own: &mut BTreeSet<String>) -> Attribute<'a> {
-    let get = names::free(names::snake(&of.name), own);
-    let set = names::free(format!("set_{}", get.trim_end_matches('_')), own);
+fn attribute(of: &view::world::Attribute) -> Attribute<'_> {
     let plain = |ty: &str, read: &str, argument: &str, value: &'static str| {
         (ty.to_owned(), read.to_owned(), argument.to_owned(), value)
     };
@@ -284,15 +216,11 @@ fn attribute<'a>(of: &'a view::world::Attribute, own: &mut BTreeSet<String>) -> 
         Kind::Topic(_) => plain("&'s typed::Sample", "sample", "typed::Sample", ""),
     };
     Attribute {
-        name: &of.name,
-        doc: of.doc.clone(),
+        doc: &of.doc,
         text: &of.text,
-        get,
-        set,
         ty,
         read,
         argument,
         value,
-        is_written: of.is_written,
     }
 }

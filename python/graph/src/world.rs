@@ -51,7 +51,8 @@ type Changed<'py> = (&'static str, Bound<'py, PyAny>, Vec<String>);
 type News<'py> = (Snapshot, Snapshot, Vec<OfType<'py>>, Vec<Changed<'py>>);
 
 /// What a component tells its supervisor: behind, for how many milliseconds, conflicts, the first of
-/// them, the fault, refused messages, why the last one was, and who is silent.
+/// them, the fault, refused messages, why the last one was, who is silent, and
+/// how many more are.
 type ReplicaReport = (
     u64,
     u64,
@@ -61,6 +62,7 @@ type ReplicaReport = (
     u64,
     String,
     Vec<String>,
+    u64,
 );
 
 impl World {
@@ -279,6 +281,7 @@ impl World {
             health.refused,
             health.last_refusal,
             seen.silent,
+            seen.more_silent as u64,
         ))
     }
 

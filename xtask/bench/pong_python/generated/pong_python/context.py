@@ -6,7 +6,6 @@ from __future__ import annotations
 import robocomp as _robocomp
 
 
-
 class Context(_robocomp.Context):
     """The first argument of every function of the worker.
 
