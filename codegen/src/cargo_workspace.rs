@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
+use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, TableLike, Value};
 
 /// The folder of a workspace's interfaces, unless `[workspace.metadata.robocomp]` names another
 /// one.
@@ -25,7 +25,7 @@ const RUNTIME: (&str, &str) = ("rc-runtime", "/runtime");
 #[derive(Clone, Debug)]
 pub struct Workspace {
     root: PathBuf,
-    manifest: Arc<DocumentMut>,
+    manifest: Arc<Document<String>>,
 }
 
 impl Workspace {
@@ -35,14 +35,20 @@ impl Workspace {
     /// A manifest in `folder` or above it cannot be read, or is not TOML.
     pub fn of(folder: &Path) -> io::Result<Option<Self>> {
         let folder = absolute(folder)?;
-        if let Some(own) = manifest(&folder)?
-            && let Some(named) = get(&own, &["package", "workspace"]).and_then(Item::as_str)
+        let own = manifest(&folder)?;
+        if let Some(own) = &own
+            && let Some(named) = get(own, &["package", "workspace"]).and_then(Item::as_str)
         {
             let root = absolute(&folder.join(named))?;
             return Ok(manifest(&root)?.map(|manifest| Self { root, manifest }));
         }
         for root in folder.ancestors() {
-            let Some(manifest) = manifest(root)? else {
+            let found = if root == folder {
+                own.clone()
+            } else {
+                manifest(root)?
+            };
+            let Some(manifest) = found else {
                 continue;
             };
             let workspace = Self {
@@ -125,7 +131,7 @@ impl Workspace {
     }
 
     /// The folders that its members name, with the texts of their manifests. Folders without a
-    /// manifest that can be read are left out.
+    /// manifest that can be read are left out, and those of generated code.
     ///
     /// # Errors
     /// A folder that a pattern leads through cannot be listed.
@@ -134,7 +140,7 @@ impl Workspace {
         for pattern in self.patterns() {
             folders.extend(expand(&self.root, pattern)?);
         }
-        folders.retain(|folder| !self.excludes(folder));
+        folders.retain(|folder| !folder.ends_with(GENERATED) && !self.excludes(folder));
         let manifests = folders.into_iter().filter_map(|folder| {
             let text = rc_files::read(&folder.join("Cargo.toml")).ok()?;
             Some((folder, text))
@@ -271,12 +277,12 @@ impl Workspace {
         Ok(Some(manifest.to_string()))
     }
 
-    fn add_middleware(&self, manifest: &DocumentMut) -> Option<String> {
+    fn add_middleware(&self, manifest: &Document<String>) -> Option<String> {
         let known = ["workspace", "dependencies", MIDDLEWARE.0];
         if get(manifest, &known).is_some() {
             return None;
         }
-        let mut manifest = manifest.clone();
+        let mut manifest = manifest.clone().into_mut();
         let dependencies = manifest.get_mut("workspace")?.get_mut("dependencies")?;
         let dependencies = dependencies.as_table_like_mut()?;
         let runtime = dependencies.get(RUNTIME.0)?;
@@ -344,7 +350,7 @@ impl Workspace {
 
 /// The name of the package of a manifest.
 pub(crate) fn package_name(manifest: &str) -> Option<String> {
-    let manifest: DocumentMut = manifest.parse().ok()?;
+    let manifest: Document<String> = manifest.parse().ok()?;
     let name = get(&manifest, &["package", "name"])?.as_str()?;
     Some(name.to_owned())
 }
@@ -390,7 +396,7 @@ fn matches(pattern: &str, name: &str) -> bool {
 }
 
 /// The manifest in `folder`, if there is one.
-fn manifest(folder: &Path) -> io::Result<Option<Arc<DocumentMut>>> {
+fn manifest(folder: &Path) -> io::Result<Option<Arc<Document<String>>>> {
     let path = folder.join("Cargo.toml");
     let named = |kind: io::ErrorKind, error: &dyn std::fmt::Display| {
         io::Error::new(kind, format!("{}: {error}", path.display()))
@@ -405,30 +411,30 @@ fn manifest(folder: &Path) -> io::Result<Option<Arc<DocumentMut>>> {
     }
 }
 
-/// Parsed texts of manifests. A generation reads the manifest of its workspace several times, and
-/// parsing takes a hundred times as long as reading.
-static PARSED: Mutex<Vec<(String, Arc<DocumentMut>)>> = Mutex::new(Vec::new());
+/// Parsed manifests. A generation reads the manifest of its workspace several times, and parsing
+/// takes a hundred times as long as reading.
+static PARSED: Mutex<Vec<Arc<Document<String>>>> = Mutex::new(Vec::new());
 /// How many of them are kept.
 const KEPT: usize = 8;
 
-fn parsed(text: String) -> Result<Arc<DocumentMut>, toml_edit::TomlError> {
-    let known = |parsed: &[(String, Arc<DocumentMut>)]| {
+fn parsed(text: String) -> Result<Arc<Document<String>>, toml_edit::TomlError> {
+    let known = |parsed: &[Arc<Document<String>>]| {
         let mut parsed = parsed.iter();
-        parsed.find_map(|(known, manifest)| (*known == text).then(|| manifest.clone()))
+        parsed.find(|manifest| manifest.raw() == text).cloned()
     };
     let found = PARSED.lock().ok().and_then(|parsed| known(&parsed));
     if let Some(manifest) = found {
         return Ok(manifest);
     }
-    let manifest = Arc::new(text.parse::<DocumentMut>()?);
+    let manifest = Arc::new(Document::parse(text)?);
     if let Ok(mut parsed) = PARSED.lock() {
         parsed.truncate(KEPT - 1);
-        parsed.insert(0, (text, manifest.clone()));
+        parsed.insert(0, manifest.clone());
     }
     Ok(manifest)
 }
 
-fn get<'a>(manifest: &'a DocumentMut, path: &[&str]) -> Option<&'a Item> {
+fn get<'a>(manifest: &'a Document<String>, path: &[&str]) -> Option<&'a Item> {
     let mut table: &dyn TableLike = manifest.as_table();
     let (last, tables) = path.split_last()?;
     for key in tables {

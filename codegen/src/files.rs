@@ -60,6 +60,10 @@ pub struct Step {
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     all: BTreeMap<PathBuf, (Owner, String)>,
+    /// Those that stay as they are.
+    kept: BTreeMap<PathBuf, Owner>,
+    /// The folder whose files of the user stay.
+    folder: Option<PathBuf>,
     /// Texts of the edited files before the edit.
     before: BTreeMap<PathBuf, String>,
     /// The files that only their user may read.
@@ -88,6 +92,29 @@ impl Files {
         self.all.insert(path.into(), (owner, text));
     }
 
+    /// None yet, for this folder.
+    pub(crate) fn of(folder: &Path) -> Self {
+        Self {
+            folder: Some(folder.to_owned()),
+            ..Self::default()
+        }
+    }
+
+    /// Lets a file below `generated/` stay as it is.
+    pub(crate) fn keep(&mut self, path: impl Into<PathBuf>) {
+        self.kept.insert(path.into(), Owner::Generic);
+    }
+
+    /// Whether the folder has this file of the user, which stays: its text is not needed.
+    pub(crate) fn has_specific(&mut self, path: &Path) -> bool {
+        let mut folder = self.folder.iter();
+        let is_there = folder.any(|folder| folder.join(path).exists());
+        if is_there {
+            self.kept.insert(path.to_owned(), Owner::Specific);
+        }
+        is_there
+    }
+
     /// Lets only the user read a file that is created.
     pub(crate) fn hide(&mut self, path: impl Into<PathBuf>) {
         self.hidden.insert(path.into());
@@ -103,6 +130,7 @@ impl Files {
     /// Removes a file.
     pub(crate) fn remove(&mut self, path: &Path) {
         self.all.remove(path);
+        self.kept.remove(path);
     }
 
     /// The content of a file.
@@ -134,6 +162,11 @@ impl Files {
                 change,
             });
         }
+        steps.extend(self.kept.iter().map(|(path, owner)| Step {
+            path: path.clone(),
+            owner: *owner,
+            change: Change::Keep,
+        }));
         let mut there = Vec::new();
         // Files without generated code (a new workspace) do not claim a folder of that name.
         if self.all.values().any(|(owner, _)| *owner == Owner::Generic) {
@@ -141,7 +174,7 @@ impl Files {
         }
         for path in there
             .into_iter()
-            .filter(|path| !self.all.contains_key(path))
+            .filter(|path| !self.all.contains_key(path) && !self.kept.contains_key(path))
         {
             steps.push(Step {
                 path,
@@ -150,15 +183,15 @@ impl Files {
             });
         }
         // The remains of a generation that was killed, next to files of the user.
-        let left = self.all.keys().map(|path| temporary_of(path));
+        let all = self.all.keys().chain(self.kept.keys());
+        let theirs = all.filter(|path| !path.starts_with(GENERATED));
+        let left = theirs.map(|path| temporary_of(path));
         for path in left.filter(|path| folder.join(path).is_file()) {
-            if !steps.iter().any(|step| step.path == path) {
-                steps.push(Step {
-                    path,
-                    owner: Owner::Generic,
-                    change: Change::Remove,
-                });
-            }
+            steps.push(Step {
+                path,
+                owner: Owner::Generic,
+                change: Change::Remove,
+            });
         }
         steps.sort_by(|a, b| a.path.cmp(&b.path));
         Ok(steps)

@@ -65,11 +65,12 @@ pub fn check_worker(
     (generator::of(language).worker)(project, sources, found)
 }
 
-/// All files of a component. `interfaces` is the path from its folder `generated` to the crate
-/// `interfaces`. The files may be written only if no diagnostic is an error, neither here nor of
+/// All files of a component in `folder`. `interfaces` is the path from its folder `generated` to the
+/// crate `interfaces`. The files may be written only if no diagnostic is an error, neither here nor of
 /// [`interfaces`].
 pub fn component(
     project: &Project,
+    folder: &Path,
     middleware: impl Into<Middlewares>,
     interfaces: &str,
 ) -> Result<(Files, Diagnostics), TemplateError> {
@@ -82,7 +83,7 @@ pub fn component(
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
-    let mut files = Files::default();
+    let mut files = Files::of(folder);
     (generator.print)(&view, &project.component, interfaces, &mut files)?;
     let schema = Path::new(GENERATED).join("config.schema.json");
     files.add(schema, Owner::Generic, view.schema.clone());

@@ -250,7 +250,7 @@ impl InterfaceCrate {
                 file,
                 hash: definition.hash,
                 uses: definition.uses,
-                text: definition.code.text,
+                text: Some(definition.code.text),
             };
             entries.insert(stem, entry);
         }
@@ -306,7 +306,7 @@ impl InterfaceCrate {
             file: entry.file.clone(),
             hash: definition.hash,
             uses: definition.uses,
-            text: definition.code.text,
+            text: Some(definition.code.text),
         };
         entries.insert(stem.to_owned(), entry);
         Ok(())

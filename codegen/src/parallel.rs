@@ -1,11 +1,16 @@
 //! Work on all processors.
 
-use std::sync::Mutex;
+use std::num::NonZero;
+use std::sync::{LazyLock, Mutex};
+use std::thread::available_parallelism;
+
+/// The processors that this program may use. Finding their number reads several files.
+static PROCESSORS: LazyLock<usize> =
+    LazyLock::new(|| available_parallelism().map_or(1, NonZero::get));
 
 /// Runs `work` on all jobs by several threads. Returns the results in the order of the jobs.
 pub fn map<J: Send, T: Send>(jobs: &mut [J], work: impl Fn(&mut J) -> T + Sync) -> Vec<T> {
-    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let others = processors.min(jobs.len()).saturating_sub(1);
+    let others = PROCESSORS.min(jobs.len()).saturating_sub(1);
     let queue = Mutex::new(jobs.iter_mut().enumerate());
     let run = || {
         let mut done = Vec::new();

@@ -4,10 +4,11 @@
 use super::error::Error;
 use crate::files::{Files, GENERATED, Owner};
 use crate::{generate, paths};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::Path;
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, value};
+use toml_edit::{Array, Document, InlineTable, Item, Table, value};
 
 /// Where the manifest keeps the definitions.
 const MODULES: [&str; 3] = ["package", "metadata", "modules"];
@@ -42,7 +43,8 @@ pub(super) struct Entry {
     pub(super) hash: String,
     /// The modules that it imports, directly or indirectly, by their names in Rust.
     pub(super) uses: Vec<String>,
-    pub(super) text: String,
+    /// Its code. `None` if that in the folder stays.
+    pub(super) text: Option<String>,
 }
 
 /// Reads the modules of the crate in `folder`, by their names in Rust.
@@ -53,7 +55,7 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
         Err(error) => return Err(paths::named(&path, &error).into()),
     };
-    let manifest: DocumentMut = text.parse().map_err(|_| {
+    let manifest = Document::parse(text).map_err(|_| {
         let path = path.display();
         let message = format!("{path} is not TOML; generate the whole workspace: rcgen .");
         io::Error::new(io::ErrorKind::InvalidInput, message)
@@ -65,9 +67,13 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     let modules = modules.and_then(Item::as_table_like).into_iter();
     let entries = modules.flat_map(|modules| modules.iter());
     // A module without its file is generated again with the components that use it.
+    let files = std::fs::read_dir(folder.join("src")).into_iter().flatten();
+    let files: BTreeSet<OsString> = files.flatten().map(|file| file.file_name()).collect();
     let entry = |(stem, item): (&str, &Item)| {
         let word = |key| item.get(key).and_then(Item::as_str).map(str::to_owned);
-        let text = rc_files::read(&folder.join("src").join(format!("{stem}.rs"))).ok()?;
+        if !files.contains(OsStr::new(&format!("{stem}.rs"))) {
+            return None;
+        }
         let entry = Entry {
             name: word("module")?,
             file: word("file")?,
@@ -79,7 +85,7 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
                 .flatten()
                 .filter_map(|stem| stem.as_str().map(str::to_owned))
                 .collect(),
-            text,
+            text: None,
         };
         Some((stem.to_owned(), entry))
     };
@@ -118,7 +124,11 @@ pub(super) fn print(entries: &BTreeMap<String, Entry>) -> Result<Files, Error> {
     add("rustfmt.toml", "disable_all_formatting = true\n".to_owned());
     add("src/lib.rs", generate::interfaces_root(&stems)?);
     for (stem, entry) in entries {
-        add(&format!("src/{stem}.rs"), entry.text.clone());
+        let path = generated.join(format!("src/{stem}.rs"));
+        match &entry.text {
+            Some(text) => files.add(path, Owner::Generic, text.clone()),
+            None => files.keep(path),
+        }
     }
     Ok(files)
 }
