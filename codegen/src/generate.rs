@@ -65,14 +65,23 @@ pub fn check_worker(
     (generator::of(language).worker)(project, sources, found)
 }
 
-/// All files of a component in `folder`. `interfaces` is the path from its folder `generated` to the
-/// crate `interfaces`. The files may be written only if no diagnostic is an error, neither here nor of
+/// All files of a component. `interfaces` is the path from its folder `generated` to the crate
+/// `interfaces`. The files may be written only if no diagnostic is an error, neither here nor of
 /// [`interfaces`].
 pub fn component(
     project: &Project,
-    folder: &Path,
     middleware: impl Into<Middlewares>,
     interfaces: &str,
+) -> Result<(Files, Diagnostics), TemplateError> {
+    add_component(project, middleware, interfaces, Files::default())
+}
+
+/// As [`component`], with `files` that know which files of the user stay.
+pub(crate) fn add_component(
+    project: &Project,
+    middleware: impl Into<Middlewares>,
+    interfaces: &str,
+    mut files: Files,
 ) -> Result<(Files, Diagnostics), TemplateError> {
     let (view, mut found) = view::component::of(project, middleware);
     // For another language, the view has an error.
@@ -83,7 +92,6 @@ pub fn component(
     if found.has_errors() {
         return Ok((Files::default(), found));
     }
-    let mut files = Files::of(folder);
     (generator.print)(&view, &project.component, interfaces, &mut files)?;
     let schema = Path::new(GENERATED).join("config.schema.json");
     files.add(schema, Owner::Generic, view.schema.clone());

@@ -49,7 +49,7 @@ impl Component {
         let dependency = interfaces.dependency(&folder)?;
         // Laying out code takes most of the time of a generation.
         let (printed, defined) = parallel::both(
-            || generate::component(project, &folder, middleware, &dependency),
+            || generate::add_component(project, middleware, &dependency, Files::of(&folder)),
             || Definitions::of(&project.component.library, &project.origins),
         );
         let (mut files, mut found) = printed?;
@@ -80,7 +80,8 @@ impl Component {
         folder: PathBuf,
         middleware: Middleware,
     ) -> Result<(Option<Self>, Diagnostics), Error> {
-        let (mut files, mut found) = generate::component(project, &folder, middleware, "")?;
+        let (mut files, mut found) =
+            generate::add_component(project, middleware, "", Files::of(&folder))?;
         if let Some(generator) = project.language().map(generator::of) {
             if folder.join("src").exists() {
                 files.remove(Path::new(generator.first_test));
