@@ -185,7 +185,11 @@ fn component(
     for of in exported {
         let interface = same_interface(&component.library, of)?;
         // The components inside and outside keep values; what passes on keeps none.
-        let passed = of.slot.qos.iter().filter(|policy| !policy.name().is_of_ages());
+        let passed = of
+            .slot
+            .qos
+            .iter()
+            .filter(|policy| !policy.name().is_of_ages());
         let mut qos = Policies::default();
         qos.extend(passed);
         let slot = Slot {

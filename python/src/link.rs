@@ -39,7 +39,7 @@ impl Places for Known {
     fn transform(&self, to: &str, from: &str, nanoseconds: u64) -> Result<[f64; 12], String> {
         Python::attach(|py| {
             let numbers = self.0.call1(py, (to, from, nanoseconds))?;
-            numbers.extract::<[f64; 12]>(py).map_err(PyErr::from)
+            numbers.extract::<[f64; 12]>(py)
         })
         .map_err(|error: PyErr| Python::attach(|py| error.value(py).to_string()))
     }
@@ -241,8 +241,17 @@ impl Link {
 
     /// Reports the state of the replica of the component's world to the supervisor.
     fn set_world_status(&self, told: WorldTold) -> PyResult<()> {
-        let (behind, behind_ms, conflicts, first_conflicts, fault, refused, last_refusal, silent, more_silent) =
-            told;
+        let (
+            behind,
+            behind_ms,
+            conflicts,
+            first_conflicts,
+            fault,
+            refused,
+            last_refusal,
+            silent,
+            more_silent,
+        ) = told;
         self.with_core(|core| {
             core.world_report().set(WorldStatus {
                 behind,

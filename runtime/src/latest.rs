@@ -58,15 +58,14 @@ impl LatestSlot {
         writer.finish()?;
         let made = self.moments.now();
         let values = &mut *self.values.borrow_mut();
-        let counts = match values.counts.iter().find(|(slot, _)| *slot == self.slot) {
-            Some((_, counts)) => counts.clone(),
-            None => {
-                let counts = FreshCounts::new(None);
-                values.counts.push((self.slot, counts.clone()));
-                self.shared.status().fresh.push((self.slot, counts.clone()));
-                counts
-            }
-        };
+        let known = values.counts.iter().find(|(slot, _)| *slot == self.slot);
+        let known = known.map(|(_, counts)| counts.clone());
+        let counts = known.unwrap_or_else(|| {
+            let counts = FreshCounts::new(None);
+            values.counts.push((self.slot, counts.clone()));
+            self.shared.status().fresh.push((self.slot, counts.clone()));
+            counts
+        });
         counts.came(made);
         let latest = Latest {
             slot: self.slot,

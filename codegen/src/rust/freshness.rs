@@ -4,9 +4,9 @@
 use super::exports::{self, Exports};
 use super::handlers::Handler;
 use super::operation::{self, Operation};
-use super::operation_names::bare;
 use super::worker_traits::WorkerTrait;
 use super::{names, types};
+use crate::collisions::{bare, free};
 use crate::view;
 use crate::view::types::Named;
 use rc_vocabulary::Role;
@@ -43,7 +43,8 @@ struct Value {
     method: String,
     place: usize,
     /// The type of the value.
-    value: String,
+    #[serde(rename = "value")]
+    ty: String,
     /// The function that reads or writes it.
     read: String,
     /// What makes a value of the tuple that was read.
@@ -184,7 +185,7 @@ fn values(view: &view::Component, slot: &view::Slot) -> Vec<Value> {
             name: of.name.clone(),
             method: format!("set_{}", bare(&names::method(&of.name))),
             place,
-            value: match operation.answer.as_str() {
+            ty: match operation.answer.as_str() {
                 "" => operation.result.clone(),
                 answer => format!("crate::interfaces::{module}::{answer}"),
             },
@@ -210,7 +211,7 @@ fn topic(
         name: of.name.clone(),
         method: String::new(),
         place,
-        value,
+        ty: value,
         read: if operation.codecs.own_read {
             codec(module, true, read)
         } else {
@@ -241,7 +242,7 @@ fn collect(view: &view::Component, of: &view::component::Collect, exports: &Expo
         } else {
             own
         };
-        let name = names::free(names::local(&wanted), &mut taken);
+        let name = free(names::local(&wanted), &mut taken);
         let types = declared.inputs.iter();
         let types = types.map(|member| types::member(member, &bare_type));
         let ty = match types.collect::<Vec<_>>().as_slice() {

@@ -28,6 +28,10 @@ pub enum SendingClock<'s> {
 
 /// A topic, or the calls of an operation.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a tool has a few of them, and none in a loop"
+)]
 pub enum Source {
     /// The samples of a topic.
     Topic(Topic),

@@ -36,15 +36,12 @@ pub(super) fn chains(options: Chains) -> Result<u8, Failure> {
         perfetto,
         format,
     } = options;
-    let (mut report, code) = match from {
-        Some(path) => {
-            let (report, faults) = rc_record::chains::read(&path)?;
-            (report, note_faults(&faults))
-        }
-        None => {
-            let known = perfetto.is_some().then(Vec::new);
-            (connection::chains(&running(network)?, known)?, 0)
-        }
+    let (mut report, code) = if let Some(path) = from {
+        let (report, faults) = rc_record::chains::read(&path)?;
+        (report, note_faults(&faults))
+    } else {
+        let known = perfetto.is_some().then(Vec::new);
+        (connection::chains(&running(network)?, known)?, 0)
     };
     if let Some(path) = &perfetto {
         let text = trace_events(&report).to_string();

@@ -33,7 +33,10 @@ impl Supervisor<'_> {
                 }
                 Request::Ring => self.write_ring(&request),
                 Request::Chains { known } => {
-                    let chains = self.chains.as_ref().map(|chains| chains.status(known));
+                    let chains = self
+                        .chains
+                        .as_ref()
+                        .map(|chains| chains.status(known.as_deref()));
                     let chains = chains.unwrap_or_default();
                     self.control.answer_chains(&request, &chains);
                 }

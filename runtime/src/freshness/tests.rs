@@ -35,7 +35,9 @@ impl Bench {
 
     fn run(&mut self, row: usize, step: &Step) {
         let ask = |inputs: &mut Inputs, at: u64| {
-            inputs.newest((3, 1), at * MS, |reader| reader.get::<i32>())
+            inputs.newest((3, 1), at * MS, |reader| {
+                <i32 as rc_middleware::Cdr>::decode(reader)
+            })
         };
         match *step {
             Comes(number, at, made, is_handled) => {

@@ -50,7 +50,7 @@ fn an_index_says_who_offers_and_needs_what() {
     let folder = folder();
     let (code, out, err) = rcgen(folder.path(), &["index", ".", "-I", "interfaces"]);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
-    expect_test::expect![[r#"
+    expect_test::expect![[r"
         hand (rust, MIT): ./hand/hand.cdsl
             implements Gripper
             publishes GripPub
@@ -70,7 +70,7 @@ fn an_index_says_who_offers_and_needs_what() {
             ./torn/torn.cdsl:1:8: error[import-not-found]: cannot find `Grop.idsl`; searched in ./torn, interfaces, interfaces, the interfaces that come with rcgen (did you mean `Grip.idsl`?)
 
         3 components, 2 interfaces, 1 faults
-    "#]].assert_eq(&out);
+    "]].assert_eq(&out);
     let html = ["index", ".", "-I", "interfaces", "-o", "index.html"];
     let (code, out, err) = rcgen(folder.path(), &html);
     assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
@@ -111,12 +111,12 @@ fn what_has_changed_is_told_and_what_breaks_fails() {
     std::fs::remove_dir_all(path.join("mind")).expect("to remove");
     let (code, out, _) = rcgen(path, &since);
     assert_eq!(code, 1);
-    expect_test::expect![[r#"
+    expect_test::expect![[r"
         ! component `hand` no longer publishes `Grip::GripPub`
         ! component `mind` is gone
           component `eye` is new
         ! interface `Grip::GripPub` has other operations or types: the ends of the two states do not understand each other
-    "#]].assert_eq(&out);
+    "]].assert_eq(&out);
     write(path, "before.json", "{}");
     let (code, _, err) = rcgen(path, &since);
     assert_eq!(code, 2);

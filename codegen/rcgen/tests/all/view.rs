@@ -357,7 +357,7 @@ fn whole() -> TempDir {
 fn a_data_sheet_says_all_of_a_component() {
     let folder = whole();
     let sheet = succeeds(folder.path(), &["datasheet", "hand.cdsl"]);
-    expect![[r#"
+    expect![[r"
         # hand
 
         Holds <b>things</b> & people.
@@ -415,7 +415,7 @@ fn a_data_sheet_says_all_of_a_component() {
         - `off`, an end
 
         Events: `OpenToClosed`, `ClosedToOpen`, `ClosedToOff`
-    "#]].assert_eq(&sheet);
+    "]].assert_eq(&sheet);
     let html = succeeds(folder.path(), &["datasheet", "hand.cdsl", "--to", "html"]);
     // What a description says is shown, whatever markup it has.
     assert!(

@@ -96,9 +96,9 @@ impl ChainWatch {
 
     /// The measurements of all chains. With `known`, also the messages that came to the end: for
     /// each chain, those after the first `known` ones.
-    pub(super) fn status(&self, known: Option<Vec<u64>>) -> Chains {
+    pub(super) fn status(&self, known: Option<&[u64]>) -> Chains {
         let collector = self.collector.lock();
         let collector = collector.unwrap_or_else(PoisonError::into_inner);
-        collector.status(known.as_deref())
+        collector.status(known)
     }
 }

@@ -34,16 +34,12 @@ pub(crate) fn print_sheet(
         SheetForm::Html => page(&text),
         SheetForm::Md | SheetForm::Json => text,
     };
-    match output {
-        Some(path) => {
-            let written = rc_files::write(path, &text);
-            written.map_err(|error| system(format!("{}: {error}", path.display())))
-        }
-        None => {
-            print(&text);
-            Ok(())
-        }
-    }
+    let Some(path) = output else {
+        print(&text);
+        return Ok(());
+    };
+    let written = rc_files::write(path, &text);
+    written.map_err(|error| system(format!("{}: {error}", path.display())))
 }
 
 /// A page of Markdown as HTML. What descriptions say is text: markup in it is shown, not obeyed.
