@@ -34,7 +34,7 @@ pub(crate) enum MoveError {
 }
 
 /// A member whose value a change needs.
-struct Wanted {
+struct NeededMember {
     /// Its path in the message.
     path: String,
     change: usize,
@@ -51,7 +51,7 @@ enum Part {
 #[derive(Default)]
 pub(crate) struct Moves {
     all: Vec<Move>,
-    wanted: Vec<Wanted>,
+    wanted: Vec<NeededMember>,
     /// The changes of the structures around the place, by what these mean.
     open: Vec<(*const Meaning, u32)>,
     /// The path of the place in the message, with a dot at its end.
@@ -100,7 +100,7 @@ impl Moves {
         }
         let number = self.all.len();
         let mut wanted = |path: String, part| {
-            self.wanted.push(Wanted {
+            self.wanted.push(NeededMember {
                 path: format!("{}{path}", self.path),
                 change: number,
                 part,

@@ -162,7 +162,7 @@ struct Comparison<'a, 'f> {
 
 /// Members of a structure that a formula converts: their units belong to its prototype.
 #[derive(Clone, Copy)]
-struct Meant<'m> {
+struct ConvertedMembers<'m> {
     members: &'m BTreeSet<String>,
     /// The path of the members that are compared.
     prefix: &'m str,
@@ -192,15 +192,17 @@ impl<'a> Comparison<'a, '_> {
         whole: (Option<TypeId>, Option<TypeId>),
         ours: &'a [Member],
         theirs: &'a [Member],
-        meant: Option<Meant<'_>>,
+        meant: Option<ConvertedMembers<'_>>,
     ) {
         for (one, other) in ours.iter().zip(theirs) {
             let own = meant.map(|of| format!("{}{}", of.prefix, one.name.text));
             let below = own.as_ref().map(|own| format!("{own}."));
-            let inner = meant.zip(below.as_deref()).map(|(of, prefix)| Meant {
-                members: of.members,
-                prefix,
-            });
+            let inner = meant
+                .zip(below.as_deref())
+                .map(|(of, prefix)| ConvertedMembers {
+                    members: of.members,
+                    prefix,
+                });
             let has_parts = inner.is_some_and(|of| has_prefix(of.members, of.prefix));
             let is_number = meant
                 .zip(own.as_ref())
@@ -221,7 +223,7 @@ impl<'a> Comparison<'a, '_> {
         one: &'a Type,
         other: &'a Type,
         chosen: (Chosen<'a>, Chosen<'a>),
-        meant: Option<Meant<'_>>,
+        meant: Option<ConvertedMembers<'_>>,
     ) {
         match (one, other) {
             (Type::Named(one), Type::Named(other)) => {
@@ -258,7 +260,7 @@ impl<'a> Comparison<'a, '_> {
         one: TypeId,
         other: TypeId,
         chosen: (Chosen<'a>, Chosen<'a>),
-        meant: Option<Meant<'_>>,
+        meant: Option<ConvertedMembers<'_>>,
     ) {
         let names = [chosen.0, chosen.1].map(|of| of.map(|of| of.name.as_str()));
         // Members of a part that belongs to a whole are compared with the whole.
@@ -278,7 +280,7 @@ impl<'a> Comparison<'a, '_> {
                     return;
                 }
                 let members = self.meaning(&path, (one, other), chosen);
-                let meant = members.as_ref().map(|members| Meant {
+                let meant = members.as_ref().map(|members| ConvertedMembers {
                     members,
                     prefix: "",
                 });

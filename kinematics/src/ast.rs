@@ -89,7 +89,7 @@ pub struct Inverse {
     /// The whole of it.
     pub span: Span,
     /// A pose or a velocity.
-    pub what: What,
+    pub what: MotionPart,
     /// The frame that moves.
     pub tip: Name,
     /// The frame in which it does.
@@ -159,7 +159,7 @@ pub enum OutputKind {
     /// `pose TIP in BASE` and others of two frames.
     Motion {
         /// Which part of the motion.
-        what: What,
+        what: MotionPart,
         /// The frame that moves.
         tip: Name,
         /// The frame in which it does.
@@ -178,14 +178,14 @@ pub enum OutputKind {
 /// A part of the motion of a frame in another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the words of the language")]
-pub enum What {
+pub enum MotionPart {
     Pose,
     Jacobian,
     Velocity,
     Acceleration,
 }
 
-impl What {
+impl MotionPart {
     /// The word of the language.
     pub fn word(self) -> &'static str {
         match self {

@@ -1,6 +1,6 @@
 //! A robot with its solvers.
 
-use crate::ast::{Math, What};
+use crate::ast::{Math, MotionPart};
 use crate::inverse::Inverse;
 use crate::work::Work;
 use rc_formula::{Program, Recorder, Rejected, Term};
@@ -121,7 +121,7 @@ impl Solver {
 #[derive(Clone, Debug)]
 pub(crate) enum Computed<'r> {
     Motion {
-        what: What,
+        what: MotionPart,
         chain: Chain<'r>,
         /// From the frame of the vectors to the base of the chain.
         expressed: Option<Chain<'r>>,
@@ -136,9 +136,9 @@ impl Computed<'_> {
     pub(crate) fn needs(&self) -> (bool, bool) {
         match self {
             Self::Motion { what, .. } => match what {
-                What::Pose | What::Jacobian => (false, false),
-                What::Velocity => (true, false),
-                What::Acceleration => (true, true),
+                MotionPart::Pose | MotionPart::Jacobian => (false, false),
+                MotionPart::Velocity => (true, false),
+                MotionPart::Acceleration => (true, true),
             },
             Self::Efforts(_) => (true, true),
             Self::MassMatrix => (false, false),
@@ -201,13 +201,13 @@ impl Computed<'_> {
                     None => vector,
                 };
                 match what {
-                    What::Pose => {
+                    MotionPart::Pose => {
                         let (zero, one) = (T::constant(0.0), T::constant(1.0));
                         let rows = moved.pose.rotation.iter().zip(moved.pose.translation);
                         let rows = rows.flat_map(|(row, place)| [row[0], row[1], row[2], place]);
                         rows.chain([zero, zero, zero, one]).collect()
                     }
-                    What::Jacobian => {
+                    MotionPart::Jacobian => {
                         let columns = moved.jacobian.iter();
                         let columns: Vec<[[T; 3]; 2]> = columns
                             .map(|column| [seen(column.linear), seen(column.angular)])
@@ -218,11 +218,11 @@ impl Computed<'_> {
                         });
                         rows.collect()
                     }
-                    What::Velocity => {
+                    MotionPart::Velocity => {
                         let parts = [moved.linear_velocity, moved.angular_velocity];
                         parts.map(seen).concat()
                     }
-                    What::Acceleration => {
+                    MotionPart::Acceleration => {
                         let parts = [moved.linear_acceleration, moved.angular_acceleration];
                         parts.map(seen).concat()
                     }

@@ -1,8 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    File, Inverse, Kinematics, Math, Output, OutputKind, Payload, Posture, Quantity, Setting,
-    SettingKind, Solver, What,
+    File, Inverse, Kinematics, Math, MotionPart, Output, OutputKind, Payload, Posture, Quantity,
+    Setting, SettingKind, Solver,
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -219,10 +219,10 @@ fn motion(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> 
     let (mut what, mut frames, mut expressed) = (None, Vec::new(), None);
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::kw_pose => what = Some(What::Pose),
-            Rule::kw_jacobian => what = Some(What::Jacobian),
-            Rule::kw_velocity => what = Some(What::Velocity),
-            Rule::kw_acceleration => what = Some(What::Acceleration),
+            Rule::kw_pose => what = Some(MotionPart::Pose),
+            Rule::kw_jacobian => what = Some(MotionPart::Jacobian),
+            Rule::kw_velocity => what = Some(MotionPart::Velocity),
+            Rule::kw_acceleration => what = Some(MotionPart::Acceleration),
             Rule::frame => frames.extend(frame(r, part)),
             Rule::expressed => {
                 let mut inside = part.into_inner();

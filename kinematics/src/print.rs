@@ -135,7 +135,7 @@ pub fn rust(cell: &Cell) -> String {
         let of = type_name(&solver.name);
         let _ = writeln!(
             out,
-            "\n/// What [`{}`] gives.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{",
+            "\n/// The result of [`{}`].\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{",
             solver.name
         );
         for output in &solver.outputs {
@@ -264,7 +264,7 @@ pub fn c(cell: &Cell) -> String {
     }
     for solver in &cell.solvers {
         let name = format!("{prefix}_{}", solver.name);
-        let _ = writeln!(out, "\n/* What {name} gives. */\ntypedef struct {{");
+        let _ = writeln!(out, "\n/* The result of {name}. */\ntypedef struct {{");
         for output in &solver.outputs {
             let shape = match output.shape {
                 Shape::Vector(length) => format!("[{length}]"),
@@ -334,7 +334,7 @@ pub fn python(cell: &Cell) -> String {
         let of = type_name(&solver.name);
         let _ = writeln!(
             body,
-            "\n\nclass {of}(NamedTuple):\n    \"\"\"What {} gives.\"\"\"\n",
+            "\n\nclass {of}(NamedTuple):\n    \"\"\"The result of {}.\"\"\"\n",
             solver.name
         );
         for output in &solver.outputs {

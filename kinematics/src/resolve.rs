@@ -2,7 +2,7 @@
 
 mod inverse;
 
-use crate::ast::{self, Math, OutputKind, What};
+use crate::ast::{self, Math, MotionPart, OutputKind};
 use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, recorded};
 use crate::names::{ARRAYS, type_name};
 use crate::parse::parse;
@@ -388,7 +388,7 @@ impl<'r> Resolver<'r> {
             shape,
         };
         let is_of_joints = match &output.kind {
-            OutputKind::Motion { what, .. } => *what == What::Jacobian,
+            OutputKind::Motion { what, .. } => *what == MotionPart::Jacobian,
             OutputKind::Efforts | OutputKind::MassMatrix | OutputKind::Accelerations => true,
         };
         if is_of_joints && count == 0 {
@@ -456,7 +456,7 @@ impl<'r> Resolver<'r> {
         let mut name = format!("{}_{}_in_{}", what.word(), tip.text, base.text);
         let mut axes = format!("along the axes of `{}`", base.text);
         if let Some(frame) = expressed {
-            if what == What::Pose {
+            if what == MotionPart::Pose {
                 let message =
                     "a pose has no `expressed in`: it is in the frame after `in`".to_owned();
                 self.error("without-effect", frame.span, message);
@@ -467,27 +467,27 @@ impl<'r> Resolver<'r> {
         }
         let (tip, base) = (&tip.text, &base.text);
         let (doc, shape) = match what {
-            What::Pose => (
+            MotionPart::Pose => (
                 format!(
                     "Where `{tip}` is in `{base}`: the homogeneous matrix for columns, in metres."
                 ),
                 Shape::Matrix(4, 4),
             ),
-            What::Jacobian => (
+            MotionPart::Jacobian => (
                 format!(
                     "For each joint, a column: the velocity of the origin of `{tip}` in `{base}` in m, then the \
                     angular velocity in rad, {axes}, for each unit that the joint moves."
                 ),
                 Shape::Matrix(6, count),
             ),
-            What::Velocity => (
+            MotionPart::Velocity => (
                 format!(
                     "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in \
                     rad/s, {axes}."
                 ),
                 Shape::Vector(6),
             ),
-            What::Acceleration => (
+            MotionPart::Acceleration => (
                 format!(
                     "The acceleration of the origin of `{tip}` in `{base}` in m/s², then the angular \
                     acceleration in rad/s², {axes}."

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// Which fixes are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub enum FixSelection {
     /// Those of which only one is right.
     Certain,
     /// Near names, too.
@@ -35,12 +35,12 @@ pub struct Change {
 pub fn files(
     sources: &SourceMap,
     found: &Diagnostics,
-    which: Which,
+    which: FixSelection,
 ) -> (Vec<Change>, Vec<(PathBuf, io::Error)>) {
     let (mut changes, mut refused) = (Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
     for source in sources.ids() {
-        let edits = fix::edits(sources, found, source, which == Which::Likely);
+        let edits = fix::edits(sources, found, source, which == FixSelection::Likely);
         let path = sources.path(source);
         if edits.is_empty() || !crate::check::is_known(path) {
             continue;

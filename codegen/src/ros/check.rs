@@ -50,7 +50,7 @@ pub(crate) fn wrong_package(name: &str, span: Span) -> Option<Diagnostic> {
 }
 
 /// A member, a parameter or a result, which is compared with a field of a ROS 2 type.
-struct Own {
+struct ComparedValue {
     /// How messages name it.
     what: String,
     span: Span,
@@ -186,7 +186,7 @@ impl Checker<'_> {
         if let Some(ty) = &operation.result {
             let result = mapping::member("result", ty, &operation.name);
             let result = self.members(interface.module, &[result]);
-            response.extend(result.into_iter().map(|result| Own {
+            response.extend(result.into_iter().map(|result| ComparedValue {
                 what: "the return value".to_owned(),
                 name: None,
                 ..result
@@ -228,10 +228,10 @@ impl Checker<'_> {
         None
     }
 
-    fn members(&self, module: ModuleId, members: &[Member]) -> Vec<Own> {
+    fn members(&self, module: ModuleId, members: &[Member]) -> Vec<ComparedValue> {
         let mut unused = Diagnostics::new();
         let fields = Mapper::new(self.library, module, &mut unused).fields("", members);
-        let own = |(field, member): (&Field, &Member)| Own {
+        let own = |(field, member): (&Field, &Member)| ComparedValue {
             what: called(member),
             span: member.name.span,
             name: Some(field.name.clone()),
@@ -257,7 +257,7 @@ fn meant(text: &str, help: &str) -> String {
 fn different(
     what: &str,
     span: Span,
-    own: &[Own],
+    own: &[ComparedValue],
     name: &TypeName,
     fields: &[rc_ros_types::Field<'static>],
 ) -> Vec<Diagnostic> {

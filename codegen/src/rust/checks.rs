@@ -24,7 +24,7 @@ pub(super) const READS: Side = Side {
 
 /// How code holds the checked value.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Held {
+pub(super) enum ValuePlace {
     /// In a variable or a field.
     Owned,
     /// As the argument of a client's function: numbers by value, all else by reference.
@@ -38,17 +38,25 @@ pub(super) enum Held {
 pub(super) struct Place<'a> {
     pub(super) what: &'a str,
     pub(super) name: &'a str,
-    pub(super) held: Held,
+    pub(super) held: ValuePlace,
 }
 
 impl Place<'_> {
     fn reference(self) -> String {
-        let mark = if self.held == Held::Owned { "&" } else { "" };
+        let mark = if self.held == ValuePlace::Owned {
+            "&"
+        } else {
+            ""
+        };
         format!("{mark}{}", self.name)
     }
 
     fn number(self) -> String {
-        let mark = if self.held == Held::Behind { "*" } else { "" };
+        let mark = if self.held == ValuePlace::Behind {
+            "*"
+        } else {
+            ""
+        };
         format!("{mark}{}", self.name)
     }
 }
@@ -65,7 +73,7 @@ pub(super) fn of_present(checks: &[Check], present: &str, what: &str, side: Side
     let place = Place {
         what,
         name: "item",
-        held: Held::Behind,
+        held: ValuePlace::Behind,
     };
     let inside = of(checks, place, side);
     if inside.is_empty() {
@@ -128,7 +136,7 @@ fn write(checks: &[Check], place: Place, side: Side, lines: &mut Vec<String>) {
                 let item = Place {
                     what,
                     name: "item",
-                    held: Held::Behind,
+                    held: ValuePlace::Behind,
                 };
                 write(checks, item, side, lines);
                 lines.push("}".to_owned());

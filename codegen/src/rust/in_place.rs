@@ -1,6 +1,6 @@
 //! Names and types of Rust for structures in shared memory.
 
-use super::checks::{self, Held, Place, READS};
+use super::checks::{self, Place, READS, ValuePlace};
 use super::names::{self, IN_PLACE};
 use super::types;
 use crate::collisions::{self, bare};
@@ -306,7 +306,7 @@ fn check(of: &Structure, parts: &[PartView]) -> Vec<String> {
             let place = Place {
                 what,
                 name: &place,
-                held: Held::Owned,
+                held: ValuePlace::Owned,
             };
             statements.push(checks::of(&of.checks, place, READS));
         } else {

@@ -1,6 +1,6 @@
 //! Names and types of Rust for members, and for parameters as variables.
 
-use super::checks::{self, Held, Place, READS, WRITES};
+use super::checks::{self, Place, READS, ValuePlace, WRITES};
 use super::types;
 use crate::view::documentation;
 use crate::view::members;
@@ -26,7 +26,7 @@ pub(super) fn member(of: &members::Member, owner: &str, name: String, path: type
         let place = Place {
             what: &what,
             name: &format!("{value}.{name}"),
-            held: Held::Owned,
+            held: ValuePlace::Owned,
         };
         checks::of_member(of, place, side)
     };
@@ -76,8 +76,8 @@ pub(super) fn input(of: &members::Member, owner: &str, name: String, path: types
         ty: types::member(of, path),
         borrowed: types::borrowed(of, path),
         sent: format!("{}{name}", if by_value { "&" } else { "" }),
-        written: check(Held::Argument, WRITES),
-        read: check(Held::Owned, READS),
+        written: check(ValuePlace::Argument, WRITES),
+        read: check(ValuePlace::Owned, READS),
         name,
     }
 }

@@ -1,7 +1,7 @@
 //! Names and types of Rust for an operation: its codecs, and the functions of its client and its
 //! publisher.
 
-use super::checks::{self, Held, Place, READS, WRITES};
+use super::checks::{self, Place, READS, ValuePlace, WRITES};
 use super::codecs::{Codecs, placed};
 use super::members::{Input, input};
 use super::operation_names::{
@@ -177,8 +177,8 @@ fn replies(interface: &view::Interface, of: &view::Operation, path: types::Path)
             check(place, side)
         };
         Reply {
-            written: check(&module, Held::Behind, WRITES),
-            read: check(&interface.name, Held::Owned, READS),
+            written: check(&module, ValuePlace::Behind, WRITES),
+            read: check(&interface.name, ValuePlace::Owned, READS),
             name,
             ty,
         }

@@ -13,7 +13,7 @@ use rc_syntax::Name;
 const OWN_TREE: &str = "a connection does not ask the tree that the component itself holds: let it require `RcInnerModel::InnerModel`, and bind this slot to a component that serves the tree, such as `inner_model`";
 
 /// Why a slot does not know where frames are, and what to do.
-type Wrong = (String, &'static str);
+type TreeProblem = (String, &'static str);
 
 impl Connector<'_> {
     /// Refuses names that are not connected slots for the tree of frames.
@@ -65,7 +65,7 @@ impl Connector<'_> {
         tree: Endpoint,
         (component, slot): (&Component, &Slot),
         is_one: bool,
-    ) -> Result<(), Wrong> {
+    ) -> Result<(), TreeProblem> {
         let name = self.name(tree);
         let interface = self.interface(tree);
         if slot.of_world && slot.role == Role::Publishes {

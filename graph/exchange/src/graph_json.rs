@@ -53,7 +53,7 @@ fn id_text(id: Id) -> String {
 }
 
 /// The error: path and message.
-type Wrong = Vec<(String, String)>;
+type PathErrors = Vec<(String, String)>;
 
 /// Reads a file. `None` if it is not JSON, or has another form.
 pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnostics) {
@@ -65,12 +65,12 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
             return (None, found);
         }
     };
-    let mut wrong = Wrong::new();
+    let mut wrong = PathErrors::new();
     let mut document = Document {
         schema: file.schema,
         ..Document::default()
     };
-    let known = |text: &str, path: &str, member: &str, wrong: &mut Wrong| {
+    let known = |text: &str, path: &str, member: &str, wrong: &mut PathErrors| {
         let read = id(text);
         if read.is_none() {
             let path = format!("{path}{SEPARATOR}{member}");
@@ -123,7 +123,7 @@ pub fn schema_span(sources: &SourceMap, source: SourceId) -> Span {
     Places::new(source, sources.text(source)).of(&format!("{SEPARATOR}schema"))
 }
 
-fn values(members: Members<Raw>, above: &str, wrong: &mut Wrong) -> Vec<Attribute> {
+fn values(members: Members<Raw>, above: &str, wrong: &mut PathErrors) -> Vec<Attribute> {
     let all = members.0.into_iter().filter_map(|(name, raw)| {
         let (value, unit) = match with_unit(&raw) {
             Some((value, unit)) => (value, Some(unit.to_owned())),

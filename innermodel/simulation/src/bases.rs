@@ -1,7 +1,7 @@
 //! Bases that drive.
 
 use crate::error::Error;
-use crate::free_path::Free;
+use crate::free_path::FreePart;
 use crate::pose2d::{Motion, Pose2D, Speed};
 use crate::random::Random;
 use crate::state::BaseState;
@@ -116,7 +116,7 @@ impl BaseState {
         is_powered: bool,
         seconds: f64,
         random: &mut Random,
-        mut free: impl FnMut(&Transform, &Speed) -> Result<Free, Error>,
+        mut free: impl FnMut(&Transform, &Speed) -> Result<FreePart, Error>,
     ) -> Result<(Self, Pose), Error> {
         let wanted = if is_powered {
             self.wanted

@@ -30,7 +30,7 @@ const THINNEST: f64 = 0.5;
 
 /// Which part of a motion is possible, from 0 to 1, and what stops it: a body of the robot, and the
 /// obstacle.
-pub(crate) type Free = (f64, Option<(NodeId, NodeId)>);
+pub(crate) type FreePart = (f64, Option<(NodeId, NodeId)>);
 
 /// A motion that an obstacle prevents. While the two bodies stay where they are, it stays so:
 /// nothing has to be searched for.
@@ -73,7 +73,7 @@ impl Obstacles {
         from: &Transform,
         speed: &Speed,
         problems: &mut Problems,
-    ) -> Result<Free, Error> {
+    ) -> Result<FreePart, Error> {
         if let Some(pair) = self.still_pressed(around, node, from, speed) {
             return Ok((0.0, Some(pair)));
         }
@@ -144,7 +144,7 @@ impl Surroundings<'_> {
         from: &Transform,
         speed: &Speed,
         problems: &mut Problems,
-    ) -> Result<Free, Error> {
+    ) -> Result<FreePart, Error> {
         let (way, pieces, last) = self.pieces(node, speed, problems)?;
         let (space, tree) = (self.space, self.tree);
         let seconds = self.step.as_secs_f64();

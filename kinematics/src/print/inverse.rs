@@ -141,7 +141,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
     let (name, of) = (&inverse.name, type_name(&inverse.name));
     let joints = inverse.joints.len();
     let mut out = format!(
-        "\n/// What [`{name}`] gives.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{\n"
+        "\n/// The result of [`{name}`].\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {of} {{\n"
     );
     let fields: &[(&str, &str, &str)] = match &inverse.asked {
         Question::Pose(_) => &[
@@ -297,7 +297,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
     for (at, number) in numbers.iter().enumerate() {
         let _ = writeln!(out, "    out[{at}] = {number};");
     }
-    let _ = writeln!(out, "}}\n\n/* What {name} gives. */\ntypedef struct {{");
+    let _ = writeln!(out, "}}\n\n/* The result of {name}. */\ntypedef struct {{");
     let fields: &[(&str, &str)] = match &inverse.asked {
         Question::Pose(_) => &[
             (POSITIONS, "double positions[COUNT]"),
@@ -454,7 +454,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
     };
     let _ = writeln!(
         out,
-        "\n\nclass {of}(NamedTuple):\n    \"\"\"What {name} gives.\"\"\"\n"
+        "\n\nclass {of}(NamedTuple):\n    \"\"\"The result of {name}.\"\"\"\n"
     );
     let fields: &[(&str, &str)] = match &inverse.asked {
         Question::Pose(_) => &[

@@ -1,7 +1,7 @@
 //! Resolves inverse solvers and postures.
 
 use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
-use crate::ast::{self, Quantity, SettingKind, What};
+use crate::ast::{self, MotionPart, Quantity, SettingKind};
 use crate::inverse::{Inverse, Question, RateLimits, Rates, Search, motion};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_quantity::Unit;
@@ -221,10 +221,10 @@ impl Resolver<'_> {
                 .push(error.help("write a solver of its own for it"));
         }
         let is_pose = match asked.what {
-            What::Pose => true,
-            What::Velocity => false,
+            MotionPart::Pose => true,
+            MotionPart::Velocity => false,
             // The grammar has no others.
-            What::Jacobian | What::Acceleration => return None,
+            MotionPart::Jacobian | MotionPart::Acceleration => return None,
         };
         self.fitting(
             solver,

@@ -42,7 +42,7 @@ pub struct TypedClient {
     sent: Counter,
     started: BTreeMap<u64, Started>,
     /// Calls that have ended and that somebody still has.
-    ended: BTreeMap<u64, Left>,
+    ended: BTreeMap<u64, EndedResult>,
 }
 
 /// A call that was started: what its reply has to be, and whether somebody still has the [`Call`].
@@ -52,7 +52,7 @@ struct Started {
 }
 
 /// A call that has ended, with its result until it is taken.
-struct Left {
+struct EndedResult {
     result: Option<Box<dyn Any>>,
     holder: Weak<()>,
 }
@@ -252,7 +252,7 @@ impl TypedClient {
         let mut end = |sequence: u64| {
             let Started { request, holder } = started.remove(&sequence)?;
             let result = None;
-            ended.insert(sequence, Left { result, holder });
+            ended.insert(sequence, EndedResult { result, holder });
             Some(request)
         };
         let (mut read, mut value) = (Some(read), None);

@@ -40,7 +40,7 @@ pub struct Network<'l> {
 }
 
 /// The work of one step.
-enum Way {
+enum StepKind {
     Direct,
     /// By this function of the user.
     Function(String),
@@ -50,7 +50,7 @@ enum Way {
 
 /// A step between two prototypes.
 struct Edge {
-    way: Way,
+    way: StepKind,
     notes: Notes,
     cost: Cost,
     /// Whether it keeps relative errors.
@@ -389,7 +389,7 @@ impl<'l> Network<'l> {
         let inputs = inputs(&recorder, one);
         let aliases = &self.library.aliases;
         let terms = convert(one, other, aliases, &inputs, &mut notes)?;
-        Ok(edge(Way::Direct, notes, &recorder.program(&terms)))
+        Ok(edge(StepKind::Direct, notes, &recorder.program(&terms)))
     }
 
     fn declared(&self, from: &str, to: &str, function: &str) -> Result<Edge, Refusal> {
@@ -403,7 +403,11 @@ impl<'l> Network<'l> {
         let recorder = Recorder::new(one.len());
         let results = self.call(&recorder, function, to, &inputs(&recorder, one))?;
         let program = recorder.program(&results);
-        Ok(edge(Way::Function(function.to_owned()), notes, &program))
+        Ok(edge(
+            StepKind::Function(function.to_owned()),
+            notes,
+            &program,
+        ))
     }
 
     fn call<'r>(
@@ -451,7 +455,7 @@ impl<'l> Network<'l> {
             notes.add(own);
             found.push(plan);
         }
-        let way = Way::Parts(found);
+        let way = StepKind::Parts(found);
         let shape = self.shape(from)?;
         let recorder = Recorder::new(shape.len());
         let terms = self.step(&recorder, from, to, &way, &inputs(&recorder, shape))?;
@@ -519,17 +523,17 @@ impl<'l> Network<'l> {
         recorder: &'r Recorder,
         from: &str,
         to: &str,
-        way: &Way,
+        way: &StepKind,
         input: &[Term<'r>],
     ) -> Result<Vec<Term<'r>>, Refusal> {
         let (one, other) = (self.shape(from)?, self.shape(to)?);
         match way {
-            Way::Direct => {
+            StepKind::Direct => {
                 let aliases = &self.library.aliases;
                 convert(one, other, aliases, input, &mut Notes::default())
             }
-            Way::Function(function) => self.call(recorder, function, to, input),
-            Way::Parts(plans) => {
+            StepKind::Function(function) => self.call(recorder, function, to, input),
+            StepKind::Parts(plans) => {
                 let Shape::Parts(parts) = other else {
                     return Err(Refusal::NoWay);
                 };
@@ -553,7 +557,7 @@ fn inputs<'r>(recorder: &'r Recorder, shape: &Shape) -> Vec<Term<'r>> {
         .collect()
 }
 
-fn edge(way: Way, mut notes: Notes, program: &Program) -> Edge {
+fn edge(way: StepKind, mut notes: Notes, program: &Program) -> Edge {
     if notes.kinds.is_empty() {
         notes.kinds.insert(Kind::Plain);
     }

@@ -14,14 +14,14 @@ struct Key {
 cdr_struct!(Key: writer, count);
 
 #[derive(Clone, Debug, Default)]
-struct Held {
+struct WireValue {
     kind: u8,
     ints: Vec<i64>,
     floats: Vec<f64>,
     texts: Vec<String>,
     bytes: Vec<u8>,
 }
-cdr_struct!(Held: kind, ints, floats, texts, bytes);
+cdr_struct!(WireValue: kind, ints, floats, texts, bytes);
 
 #[derive(Clone, Debug, Default)]
 struct Step {
@@ -32,7 +32,7 @@ struct Step {
     name: String,
     of: Key,
     to: Key,
-    value: Held,
+    value: WireValue,
 }
 cdr_struct!(Step: what, count, writer, sequence, name, of, to, value);
 
@@ -53,7 +53,7 @@ struct StreamValue {
     name: String,
     count: u64,
     writer: u64,
-    value: Held,
+    value: WireValue,
 }
 cdr_struct!(StreamValue: of, name, count, writer, value);
 
@@ -143,8 +143,8 @@ fn vector(keys: &[Key]) -> Vector {
 }
 
 /// The numbers of types are those that the digests of `graph-merge` have.
-fn content(value: Option<&Value>) -> Held {
-    let mut content = Held::default();
+fn content(value: Option<&Value>) -> WireValue {
+    let mut content = WireValue::default();
     let Some(value) = value else { return content };
     content.kind = match value {
         Value::Bool(yes) => {
@@ -188,8 +188,8 @@ fn content(value: Option<&Value>) -> Held {
     content
 }
 
-fn value(content: Held) -> Result<Option<Value>, DecodeError> {
-    let Held {
+fn value(content: WireValue) -> Result<Option<Value>, DecodeError> {
+    let WireValue {
         kind,
         ints,
         floats,

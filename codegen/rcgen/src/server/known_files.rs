@@ -16,7 +16,7 @@ use std::time::SystemTime;
 const MOST_ELSEWHERE: usize = 1_000;
 
 /// The result of reading a file.
-pub(super) struct Looked {
+pub(super) struct CheckedFiles {
     pub(super) names: Names,
     pub(super) sources: SourceMap,
     /// The file of each source.
@@ -53,7 +53,7 @@ impl KnownFiles {
 
     /// Reads a file with all that it names. A file that was deleted, or is not text, has no
     /// findings and no names.
-    pub(super) fn look_at(&self, path: &Path) -> Looked {
+    pub(super) fn look_at(&self, path: &Path) -> CheckedFiles {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let loader = self.loader();
@@ -72,7 +72,7 @@ impl KnownFiles {
             Some(Model::Network(network)) => Some(network),
             _ => None,
         };
-        Looked {
+        CheckedFiles {
             names,
             sources,
             keys,

@@ -330,14 +330,14 @@ fn not_there() -> String {
 }
 
 /// Errors of a text.
-struct Wrong {
+struct TextErrors {
     /// Message of the first one.
     first: String,
     /// All findings with their lines.
     all: String,
 }
 
-fn load(path: &Path, folders: &Folders, text: &str) -> Result<Content, Wrong> {
+fn load(path: &Path, folders: &Folders, text: &str) -> Result<Content, TextErrors> {
     let mut sources = SourceMap::new();
     let source = sources.add(path, text);
     let (document, found) = innermodel::language::load(&mut sources, folders, source);
@@ -345,9 +345,9 @@ fn load(path: &Path, folders: &Folders, text: &str) -> Result<Content, Wrong> {
     let mut errors = found.iter().filter(|f| f.severity == Severity::Error);
     if let Some(error) = errors.next() {
         let first = clean(&error.message);
-        return Err(Wrong { first, all });
+        return Err(TextErrors { first, all });
     }
-    let model = InnerModel::from_document(&document).map_err(|error| Wrong {
+    let model = InnerModel::from_document(&document).map_err(|error| TextErrors {
         first: error.to_string(),
         all: error.to_string(),
     })?;

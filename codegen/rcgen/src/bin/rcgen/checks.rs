@@ -7,7 +7,7 @@ use rc_codegen::{FileLoader, Project, copied, source_files};
 use rc_diagnostics::foreign::clean_lines;
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use rcgen::check::Model;
-use rcgen::fix::{Change, Which};
+use rcgen::fix::{Change, FixSelection};
 use std::io;
 use std::path::PathBuf;
 
@@ -21,8 +21,8 @@ pub(crate) fn check(
     common: &Common,
 ) -> Result<(), Failure> {
     let which = match fix {
-        Some("likely") => Some(Which::Likely),
-        Some(_) => Some(Which::Certain),
+        Some("likely") => Some(FixSelection::Likely),
+        Some(_) => Some(FixSelection::Certain),
         None => None,
     };
     let mut rounds = 0;
@@ -105,12 +105,12 @@ fn line(change: &Change) -> String {
 }
 
 /// Says how many of the findings `--fix` fixes.
-fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<Which>) {
+fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<FixSelection>) {
     let (certain, likely) = rcgen::fix::count(sources, found);
     if certain > 0 && which.is_none() {
         tell(format_args!("`rcgen check --fix` fixes {certain} of these"));
     }
-    if likely > 0 && which != Some(Which::Likely) {
+    if likely > 0 && which != Some(FixSelection::Likely) {
         let all = if which.is_none() {
             certain + likely
         } else {
