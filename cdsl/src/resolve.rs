@@ -221,8 +221,9 @@ impl Resolver<'_> {
         if !self.found.has_errors() {
             self.unused_imports(&slots);
         }
-        let python = python
-            .and_then(|(word, version, venv)| self.python(word, version, venv, language.as_ref()));
+        let python = python.and_then(|(word, version, venv)| {
+            crate::python::python(word, version, venv, language.as_ref(), self.found)
+        });
         Component {
             name: tree.name.clone(),
             doc: tree.doc.clone(),

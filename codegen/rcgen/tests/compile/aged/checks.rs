@@ -45,7 +45,7 @@ impl Worker<Context> for Giver {
             dist: number,
             ..TData::default()
         };
-        ctx.laser_pub.push_laser_data(&vec![echo])?;
+        ctx.laser_pub.push_laser_data(&[echo])?;
         let pose = FullPoseEuler {
             x: number,
             ..FullPoseEuler::default()
