@@ -161,7 +161,7 @@ mod tests {
         let compressed = refused(|image| image.compressed = true);
         assert!(compressed.contains("compressed"), "{compressed}");
         let short = refused(|image| image.depth.truncate(31));
-        assert_eq!(short, "31 bytes are no 4 × 2 depths");
+        assert_eq!(short, "31 bytes are not 4 × 2 depths");
         let large = refused(|image| image.width = i32::MAX);
         assert!(large.contains("32 bytes"), "{large}");
         let negative = refused(|image| image.height = -2);
