@@ -126,7 +126,7 @@ impl Component {
     /// Runs a function of the worker.
     fn run(&mut self, call: &Call<'_>) -> Answer {
         let (core, machine) = (self.core.take(), self.machine.take());
-        let mut lending = ContextLoan {
+        let mut loan = ContextLoan {
             component: self,
             core,
             machine,
@@ -135,7 +135,7 @@ impl Component {
             component,
             core,
             machine,
-        } = &mut lending;
+        } = &mut loan;
         session::lend(core, machine, || {
             let Call {
                 function,

@@ -119,15 +119,15 @@ pub(super) fn record(options: &Record) -> Result<u8, Failure> {
             "the recording has only changes of the world: {reason}"
         ));
     };
-    let asking = is_whole.then(|| WorldRequest::new(&network));
-    let mut asking = asking.and_then(|asking| asking.map_err(without_world).ok());
+    let request = is_whole.then(|| WorldRequest::new(&network));
+    let mut request = request.and_then(|request| request.map_err(without_world).ok());
     let mut recorder = Recorder::begin(&network, &wanted, sink)?;
     let began = Instant::now();
     let mut line = ProgressLine::new();
     let mut reason: Option<String> = None;
     loop {
         let events = recorder.step(&source.descriptors(), TURN);
-        if let Some(Err(failure)) = asking.as_mut().map(WorldRequest::advance) {
+        if let Some(Err(failure)) = request.as_mut().map(WorldRequest::advance) {
             line.clear();
             without_world(failure);
         }

@@ -51,9 +51,9 @@ struct RecordingStart {
 
 pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     let file = recording(options)?;
-    let begun = find(&file, options.component.as_deref())?;
+    let recording = find(&file, options.component.as_deref())?;
     let said = |key: &str| {
-        begun
+        recording
             .start
             .get(key)
             .and_then(Json::as_str)
@@ -65,7 +65,7 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     };
     print_note(&format_args!("runs {}", clean(&program.to_string_lossy())));
     let mut command = Command::new(&program);
-    if begun.start.get("is_shared") == Some(&Json::Bool(true)) {
+    if recording.start.get("is_shared") == Some(&Json::Bool(true)) {
         command.args(["--member", said("component")]);
     }
     command.arg("--replay");
@@ -95,7 +95,7 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
             )
         })?;
     let input = child.stdin.take();
-    let (path, topic) = (file.clone(), begun.topic.clone());
+    let (path, topic) = (file.clone(), recording.topic.clone());
     let feeder = std::thread::spawn(move || match input {
         Some(input) => feed(&path, &topic, input),
         None => Ok(Faults::default()),
@@ -124,7 +124,7 @@ pub(super) fn replay(options: &Replay) -> Result<u8, Failure> {
     let took = began.elapsed().as_secs_f64();
     let is_equal = report.get("equal") == Some(&Json::Bool(true));
     show(options.format, &report, |report| {
-        text(&begun.name, report, took)
+        text(&recording.name, report, took)
     })?;
     Ok(u8::from(!is_equal))
 }
@@ -252,22 +252,22 @@ fn find(file: &Path, component: Option<&str>) -> Result<RecordingStart, Failure>
         };
         if found
             .iter()
-            .any(|begun| begun.topic == message.channel.topic)
+            .any(|recording| recording.topic == message.channel.topic)
         {
             continue;
         }
         let is_meant = component == Some(name);
-        let begun = RecordingStart {
+        let recording = RecordingStart {
             topic: message.channel.topic.clone(),
             name: clean(name),
             start: start(&message),
         };
         if is_meant {
-            return Ok(begun);
+            return Ok(recording);
         }
-        found.push(begun);
+        found.push(recording);
     }
-    let names: Vec<&str> = found.iter().map(|begun| begun.name.as_str()).collect();
+    let names: Vec<&str> = found.iter().map(|recording| recording.name.as_str()).collect();
     let file = file.display();
     match (component, names.as_slice()) {
         (None, [_]) => Ok(found.swap_remove(0)),

@@ -23,7 +23,7 @@ const LINGER: Duration = Duration::from_secs(1);
 /// A topic to which messages go.
 pub(super) struct Target {
     pub(super) topic: Topic,
-    way: Route,
+    route: Route,
 }
 
 enum Route {
@@ -138,28 +138,28 @@ fn unreachable_topic(topic: &Topic) -> Error {
 
 impl Target {
     pub(super) fn open(network: &Arc<Network>, topic: Topic) -> Result<Self, Error> {
-        let is_apart = Sender::confirms(&topic);
-        let way = if is_apart {
+        let is_threaded = Sender::confirms(&topic);
+        let route = if is_threaded {
             let (network, topic) = (Arc::clone(network), topic.clone());
             Route::Threaded(SendingThread::open(move || Port::begin(network, topic))?)
         } else {
             Route::Direct(Box::new(Port::open(network, &topic)?))
         };
-        Ok(Self { topic, way })
+        Ok(Self { topic, route })
     }
 
     /// Sends a message, or hands it to the thread that sends it. The error says why it is left out.
     pub(super) fn send(&mut self, body: &[u8]) -> Result<(), String> {
-        match &mut self.way {
+        match &mut self.route {
             Route::Direct(port) => port.send(body).map_err(|error| error.to_string()),
-            Route::Threaded(apart) => apart.send(body),
+            Route::Threaded(thread) => thread.send(body),
         }
     }
 
     /// The number of messages since the last call that were handed over and could not be sent, and
     /// why.
     pub(super) fn failures(&self) -> Option<(u64, String)> {
-        let Route::Threaded(SendingThread { failures, .. }) = &self.way else {
+        let Route::Threaded(SendingThread { failures, .. }) = &self.route else {
             return None;
         };
         let mut last = failures.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -169,9 +169,9 @@ impl Target {
 
     /// Waits until the last samples have arrived, but not for a subscriber that hangs.
     pub(super) fn finish(self) {
-        match self.way {
+        match self.route {
             Route::Direct(port) => port.finish(),
-            Route::Threaded(apart) => apart.finish(),
+            Route::Threaded(thread) => thread.finish(),
         }
     }
 }
@@ -267,38 +267,38 @@ mod tests {
     #[test]
     fn a_subscriber_that_hangs_delays_nobody() {
         let (release, released) = channel();
-        let apart = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
+        let thread = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
         // One is sent and the queue is full; the others are left out.
-        let sent = (0..2 * QUEUE).filter(|_| apart.send(b"x").is_ok()).count();
+        let sent = (0..2 * QUEUE).filter(|_| thread.send(b"x").is_ok()).count();
         assert!((QUEUE..=QUEUE + 1).contains(&sent), "{sent}");
         // The thread may have taken its first one only now.
-        let refused = (0..2).find_map(|_| apart.send(b"x").err());
+        let refused = (0..2).find_map(|_| thread.send(b"x").err());
         let refused = refused.expect("a full queue");
         assert!(refused.contains("too slow"), "{refused}");
         drop(release);
-        apart.finish();
+        thread.finish();
     }
 
     #[test]
     fn messages_for_a_subscriber_that_hangs_have_a_bound_in_bytes() {
         let (release, released) = channel();
-        let apart = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
+        let thread = SendingThread::open(move || (Ok(()), Hanging(released))).expect("a thread");
         // One message may have any size.
         let large = vec![0; QUEUE_BYTES + 1];
-        assert_eq!(apart.send(&large), Ok(()));
-        let refused = apart.send(b"x").expect_err("a full queue");
+        assert_eq!(thread.send(&large), Ok(()));
+        let refused = thread.send(b"x").expect_err("a full queue");
         assert!(refused.contains("too slow"), "{refused}");
         release.send(()).expect("it hangs");
         let begun = Instant::now();
-        while apart.waiting.load(Ordering::Relaxed) > 0 {
+        while thread.waiting.load(Ordering::Relaxed) > 0 {
             assert!(begun.elapsed() < LINGER * 60, "it was sent");
             std::thread::yield_now();
         }
         let half = &large[..QUEUE_BYTES / 2];
-        assert_eq!([half, half].map(|body| apart.send(body)), [Ok(()), Ok(())]);
-        assert!(apart.send(b"x").is_err());
+        assert_eq!([half, half].map(|body| thread.send(body)), [Ok(()), Ok(())]);
+        assert!(thread.send(b"x").is_err());
         drop(release);
-        apart.finish();
+        thread.finish();
     }
 
     #[test]
