@@ -85,7 +85,7 @@ impl Workspace {
         normal(&self.root.join(named.unwrap_or(INTERFACES)))
     }
 
-    /// The folders that imports are searched in: that of its interfaces, and those of `include` in
+    /// The folders in which imports are looked for: that of its interfaces, and those of `include` in
     /// the same table:
     ///
     /// ```toml

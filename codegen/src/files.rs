@@ -105,10 +105,11 @@ impl Files {
         self.kept.insert(path.into(), Owner::Generic);
     }
 
-    /// Whether the folder has this file of the user, which stays: its text is not needed.
+    /// Whether the folder has this file of the user, which stays: its text is not needed. Anything
+    /// else of this name is an error of writing.
     pub(crate) fn has_specific(&mut self, path: &Path) -> bool {
         let mut folder = self.folder.iter();
-        let is_there = folder.any(|folder| folder.join(path).exists());
+        let is_there = folder.any(|folder| folder.join(path).is_file());
         if is_there {
             self.kept.insert(path.to_owned(), Owner::Specific);
         }

@@ -170,7 +170,7 @@ impl FileLoader {
             .map_or_else(Vec::new, |(_, folders)| folders.clone())
     }
 
-    /// The folders in which imports of the file `from` are searched, in order.
+    /// The folders in which imports of the file `from` are looked for, in order.
     fn folders(&self, from: &Path) -> Vec<PathBuf> {
         let own = from.parent().unwrap_or(Path::new(""));
         std::iter::once(own.to_path_buf())

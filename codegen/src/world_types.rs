@@ -20,6 +20,8 @@ pub(crate) struct Spelling {
     pub(crate) members: &'static [&'static str],
     /// The arguments of every function.
     pub(crate) arguments: &'static [&'static str],
+    /// Whether an attribute is set by a function of its own.
+    pub(crate) has_setters: bool,
 }
 
 /// A type of nodes or edges. `T` and `A` are what a language adds to a type and to an attribute.
@@ -57,7 +59,7 @@ pub(crate) struct Type<'a, T, A> {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Attribute<'a, A> {
     name: &'a str,
-    /// The function that reads it, and the one that sets it.
+    /// The function that reads it, and the one that sets it, if the language has such ones.
     get: String,
     set: String,
     #[serde(flatten)]
@@ -86,7 +88,11 @@ pub(crate) fn of<'a, T, A: Clone>(
         let mut members = taken(spelling.members);
         let attributes = of.attributes.iter().map(|declared| {
             let get = free((spelling.attribute)(&declared.name), &mut members);
-            let set = free(format!("set_{}", bare(&get)), &mut members);
+            let set = if spelling.has_setters {
+                free(format!("set_{}", bare(&get)), &mut members)
+            } else {
+                String::new()
+            };
             let name = declared.name.as_str();
             let own = attribute(declared);
             (

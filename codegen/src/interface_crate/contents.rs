@@ -68,7 +68,11 @@ pub(super) fn read(folder: &Path) -> Result<BTreeMap<String, Entry>, Error> {
     let entries = modules.flat_map(|modules| modules.iter());
     // A module without its file is generated again with the components that use it.
     let files = std::fs::read_dir(folder.join("src")).into_iter().flatten();
-    let files: BTreeSet<OsString> = files.flatten().map(|file| file.file_name()).collect();
+    // Most systems tell the type with the name.
+    let files = files
+        .flatten()
+        .filter(|file| file.file_type().is_ok_and(|ty| ty.is_file()) || file.path().is_file());
+    let files: BTreeSet<OsString> = files.map(|file| file.file_name()).collect();
     let entry = |(stem, item): (&str, &Item)| {
         let word = |key| item.get(key).and_then(Item::as_str).map(str::to_owned);
         if !files.contains(OsStr::new(&format!("{stem}.rs"))) {

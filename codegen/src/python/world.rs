@@ -24,6 +24,7 @@ const SPELLING: Spelling = Spelling {
         "_edit", "_of",
     ],
     arguments: &["self"],
+    has_setters: false,
 };
 
 type Type<'a> = world_types::Type<'a, Documentation, Attribute>;

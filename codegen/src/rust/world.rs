@@ -34,6 +34,7 @@ const SPELLING: Spelling = Spelling {
         "as_ref", "borrow", "clone", "deref", "edit", "id", "remove", "set_in",
     ],
     arguments: &[],
+    has_setters: true,
 };
 
 type Type<'a> = world_types::Type<'a, Documentation<'a>, Attribute<'a>>;

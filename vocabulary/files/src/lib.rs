@@ -11,6 +11,7 @@ pub use output::write;
 pub mod unsaved;
 
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};
+use rustix::io::retry_on_intr;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Read, Seek, Write};
@@ -251,7 +252,7 @@ fn bytes(mut file: &File) -> io::Result<Vec<u8>> {
     let size = usize::try_from(metadata.len()).unwrap_or_default();
     // A small file is read at once: fewer bytes than there is room for are all of it.
     let mut bytes = vec![0; size + 1];
-    let read = file.read(&mut bytes)?;
+    let read = retry_on_intr(|| rustix::io::read(file, &mut *bytes))?;
     bytes.truncate(read);
     if read != size {
         // It has grown, or the system gives it in parts.

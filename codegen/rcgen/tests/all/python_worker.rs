@@ -66,6 +66,28 @@ fn the_package_of_a_component() {
     expect_file![format!("{FIXTURES}/guard.txt")].assert_eq(&all);
 }
 
+/// Python sets attributes without functions, so none takes the name of an attribute.
+#[test]
+fn an_attribute_of_a_world_keeps_a_name_that_begins_with_set() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |file: &str, text: &str| {
+        fs::write(folder.path().join(file), text).expect("a file");
+    };
+    write(
+        "lamps.gdsl",
+        "Domain lamps { entity lamp { name string key; level int; set_level int; }; };\n",
+    );
+    write(
+        "dimmer.cdsl",
+        "Component dimmer\n{\n    Communications { };\n    language python;\n    world \"lamps.gdsl\" as g { writes lamp; };\n};\n",
+    );
+    let (code, _, err) = rcgen(folder.path(), &["dimmer.cdsl"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let world = folder.path().join("generated/dimmer/world.py");
+    let world = fs::read_to_string(world).expect("a text");
+    assert!(world.contains("    def set_level(self, value: int"), "{world}");
+}
+
 #[test]
 fn what_the_user_owns_stays_and_the_rest_is_renewed() {
     let guard = Guard::new();

@@ -360,6 +360,20 @@ fn a_write_error_leaves_both_crates_unchanged() {
     assert_eq!(changed(&before, &files(&robot)), [""; 0]);
 }
 
+/// Only a file is the worker that the user keeps.
+#[test]
+fn a_folder_in_the_place_of_the_worker_is_an_error() {
+    let (_folder, robot) = workspace();
+    let a = component(&robot, "a", "Scan.idsl", "publishes Scans;");
+    succeeds(&robot, &[&a]);
+    let worker = robot.join("components/a/src/specific_worker.rs");
+    std::fs::remove_file(&worker).expect("a file");
+    std::fs::create_dir(&worker).expect("a folder");
+    let (code, out, err) = rcgen(&robot, &[&a]);
+    assert_eq!(code, 3, "{out}{err}");
+    assert!(err.contains("src/specific_worker.rs: "), "{err}");
+}
+
 #[test]
 fn an_unreadable_index_removes_no_module() {
     let (_folder, robot) = workspace();
