@@ -56,7 +56,7 @@ fn named(component: &Component, prototypes: &Library, found: &mut Diagnostics) {
             let error = Diagnostic::error("wrong-type", name.span, message);
             let help = match ty {
                 Some(ty) => format!("name one with `ddr = :: IDSL{{{ty}}}`"),
-                None => "`@dproto` belongs to a structure, or at a sequence or an array of them"
+                None => "`@dproto` belongs to a structure, or to a sequence or an array of them"
                     .to_owned(),
             };
             found.push(error.help(help));

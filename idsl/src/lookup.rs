@@ -5,7 +5,7 @@ use crate::model::{ModuleId, Primitive, Reference, TypeId};
 use crate::resolver::ModuleResolver;
 use rc_diagnostics::Diagnostic;
 
-/// The number of unknown names per session for which a similar name is searched.
+/// The number of unknown names per session for which a similar name is looked for.
 const MAX_SUGGESTIONS: usize = 100;
 
 /// Types of C++, ROS and others, with those of IDSL.

@@ -30,7 +30,7 @@ impl Resolver<'_> {
                     continue;
                 };
                 if topics.contains(&topic) {
-                    let message = format!("`{}.{}` stands twice", topic.0, topic.1);
+                    let message = format!("`{}.{}` occurs twice", topic.0, topic.1);
                     self.bad_collect(path.span(), &message, "name each topic once");
                     complete = false;
                 } else {

@@ -112,7 +112,7 @@ fn collect_names_topics() {
             c.cdsl:8:21: error[bad-collect]: `many.pose` is a topic of a slot array (name topics of slots under `subscribesTo`)
             c.cdsl:8:32: error[bad-collect]: `compute` has no samples (name topics)
             c.cdsl:8:41: error[unknown-operation]: no slot has an operation `scann` (did you mean `scan`?)
-            c.cdsl:9:15: error[bad-collect]: `Scans.scan` stands twice (name each topic once)
+            c.cdsl:9:15: error[bad-collect]: `Scans.scan` occurs twice (name each topic once)
             c.cdsl:9:35: error[repeated-clause]: duplicate collection `one`; first used here at c.cdsl:7:23
             c.cdsl:10:22: error[syntax-error]: expected `,`, `.`, `exact` or `within`, found `as`
             c.cdsl:11:13: error[unknown-operation]: no slot has an operation `vieuw` (expected one of `scan`, `bumped`, `pose`, `pose`, `charge`, `at`, `reset`, `compute`)

@@ -44,7 +44,7 @@ fn names_of_prototypes_are_checked() {
         POINT,
         &expect![[r#"
         Laser.idsl:1:20: error[unknown-prototype]: unknown prototype `pont` (did you mean `point`?)
-        Laser.idsl:1:79: error[wrong-type]: `point` is not a prototype of the type of `f` (`@dproto` belongs to a structure, or at a sequence or an array of them)
+        Laser.idsl:1:79: error[wrong-type]: `point` is not a prototype of the type of `f` (`@dproto` belongs to a structure, or to a sequence or an array of them)
         Laser.idsl:2:17: error[wrong-type]: `point` is not a prototype of the type of `Q` (name one with `ddr = :: IDSL{L::Q}`)
     "#]],
     );

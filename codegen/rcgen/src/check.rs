@@ -121,7 +121,7 @@ pub enum Model {
 }
 
 /// Adds all findings about `path` to `found`; `robocomp` says that the file is one of RoboComp.
-/// Meshes and parts of an `InnerModel` file are also searched in the folders `include`. Returns
+/// Meshes and parts of an `InnerModel` file are also looked for in the folders `include`. Returns
 /// what it understood, unless an earlier check read the file. An error is a file that the system
 /// cannot read.
 pub fn file(

@@ -85,7 +85,7 @@ impl Worker<Context> for SpecificWorker {
 
 impl SpecificWorker {
     /// Starts a motion, in the world and in a clone that shows the expected result. While the robot
-    /// follows it, the next plan is searched from the place where the robot will be then. Without a
+    /// follows it, the search for the next plan starts at the place where the robot will be then. Without a
     /// motion, the robot stands meanwhile.
     fn follow(&mut self, ctx: &mut Context, motion: Option<Motion>) -> Result<(), WorkerError> {
         drive(ctx, REAL, motion.unwrap_or_default())?;

@@ -284,10 +284,8 @@ impl<'a> Checker<'a> {
                     (false, member) => member,
                 };
                 let path = format!("{}{SEPARATOR}{member}", edge.path);
-                let message = format!(
-                    "an edge `{kind}` ends at {}, which is not a node",
-                    shown(end)
-                );
+                let end = shown(end);
+                let message = format!("an edge `{kind}` ends at {end}, which is not a node");
                 self.error("unknown-node", &path, message);
             }
         }

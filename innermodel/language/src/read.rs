@@ -320,7 +320,7 @@ impl Reader<'_> {
             let message = format!("cannot find the included file `{}`", path.text);
             let finding = Diagnostic::error("include-not-found", path.span, message);
             self.found.push(finding.help(
-                "a file is searched next to this one, then by its base \
+                "a file is looked for next to this one, then by its base \
                 name along the search path: `-I FOLDER`",
             ));
             return;

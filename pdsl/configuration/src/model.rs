@@ -105,7 +105,7 @@ pub enum FileKind {
     Innermodel,
     /// A map of the crate `planar_map`.
     PlanarMap,
-    /// A folder in which files are searched that other files name. It need not exist.
+    /// A folder in which files that other files name are looked for. It need not exist.
     Search,
 }
 

@@ -231,7 +231,7 @@ fn a_workspace_that_names_its_members() {
     assert!(out.ends_with("update Cargo.toml\n"), "{out}");
     let wanted = "members = [\"interfaces/generated\", \"components/guard\"]\n";
     assert!(read(&robot.join("Cargo.toml")).contains(wanted));
-    // Folders that imports are searched in, too.
+    // Folders in which imports are looked for, too.
     let more = "\n[workspace.metadata.robocomp]\ninclude = [\"../shared\"]\n";
     write(
         &robot.join("Cargo.toml"),

@@ -44,7 +44,7 @@ impl Reader<'_> {
             let message = format!("cannot find the mesh `{}`", written.text);
             let finding = Diagnostic::warning("missing-mesh", written.span, message);
             self.found.push(finding.help(
-                "it is searched next to this file, then by its base name \
+                "it is looked for next to this file, then by its base name \
                 along the search path: `-I FOLDER`",
             ));
             return;
@@ -71,7 +71,7 @@ impl Reader<'_> {
             let message = format!("cannot find the texture `{}`", written.text);
             let finding = Diagnostic::warning("missing-texture", written.span, message);
             self.found.push(finding.help(
-                "it is searched next to this file, then by its base name along the search path: \
+                "it is looked for next to this file, then by its base name along the search path: \
                 `-I FOLDER`; a colour is written as `#rrggbb`",
             ));
             return;

@@ -55,7 +55,7 @@ fn a_bad_number_is_no_zero() {
             world.xml:3:53: error[bad-number]: expected a whole number for `port`, found `-1`
             world.xml:4:33: error[bad-number]: expected one, two or three numbers separated by commas for `size`, found `1,2,3,4`
             world.xml:4:51: error[bad-number]: expected `0`, `1`, `true` or `false` for `collide`, found `maybe`
-            world.xml:5:32: warning[missing-mesh]: cannot find the mesh `m.obj` (it is searched next to this file, then by its base name along the search path: `-I FOLDER`)
+            world.xml:5:32: warning[missing-mesh]: cannot find the mesh `m.obj` (it is looked for next to this file, then by its base name along the search path: `-I FOLDER`)
             world.xml:5:46: error[bad-number]: expected one, two or three numbers separated by commas for `scale`, found `1,x`
             world.xml:6:37: error[bad-number]: expected a number for `tx`, found `inf`
             world.xml:6:48: error[bad-number]: expected a number for `mass`, found `1e999`
@@ -90,7 +90,7 @@ fn values_are_words_of_a_list() {
             world.xml:1:20: error[bad-value]: unknown value `metre` of `units` (did you mean `metres`?)
             world.xml:2:33: error[bad-value]: unknown value `w` of `axis` (expected one of `x`, `y`, `z`)
             world.xml:3:39: error[bad-value]: unknown value `statik` of `engine` (did you mean `static`?)
-            world.xml:4:32: warning[missing-mesh]: cannot find the mesh `a` (it is searched next to this file, then by its base name along the search path: `-I FOLDER`)
+            world.xml:4:32: warning[missing-mesh]: cannot find the mesh `a` (it is looked for next to this file, then by its base name along the search path: `-I FOLDER`)
             world.xml:4:43: error[bad-value]: unknown value `wire` of `render` (expected one of `normal`, `wireframe`)
         "#]],
     );
@@ -204,10 +204,10 @@ fn includes_are_found_or_reported() {
     let (document, _, output) = loaded(&files, Path::new("world/main.xml"), text);
     expect![[r#"
         world/main.xml:3:24: note[file-elsewhere]: `/home/robot/models/table.xml` was found as `library/table.xml`
-        world/main.xml:4:24: error[include-not-found]: cannot find the included file `chair.xml` (a file is searched next to this one, then by its base name along the search path: `-I FOLDER`)
+        world/main.xml:4:24: error[include-not-found]: cannot find the included file `chair.xml` (a file is looked for next to this one, then by its base name along the search path: `-I FOLDER`)
         world/main.xml:5:10: error[missing-attribute]: the attribute `path` is missing
         world/main.xml:6:30: note[file-elsewhere]: `/home/robot/cup.obj` was found as `library/cup.obj`
-        world/main.xml:7:32: warning[missing-mesh]: cannot find the mesh `plate.obj` (it is searched next to this file, then by its base name along the search path: `-I FOLDER`)
+        world/main.xml:7:32: warning[missing-mesh]: cannot find the mesh `plate.obj` (it is looked for next to this file, then by its base name along the search path: `-I FOLDER`)
         world/main.xml:8:10: warning[missing-mesh]: the attribute `file` is missing
         world/b.xml:1:28: error[include-cycle]: files include each other: world/a.xml → world/b.xml
     "#]].assert_eq(&output);
@@ -253,7 +253,7 @@ fn a_length_is_finite_in_millimetres() {
         &expect![[r#"
             world.xml:2:35: error[bad-number]: expected a finite length for `tx`, found `1e306`
             world.xml:3:33: error[bad-number]: expected finite lengths for `size`, found `1,1e306`
-            world.xml:4:32: warning[missing-mesh]: cannot find the mesh `` (it is searched next to this file, then by its base name along the search path: `-I FOLDER`)
+            world.xml:4:32: warning[missing-mesh]: cannot find the mesh `` (it is looked for next to this file, then by its base name along the search path: `-I FOLDER`)
             world.xml:4:41: error[bad-number]: expected finite lengths for `scale`, found `-1e306`
             world.xml:5:41: error[bad-number]: expected a number or `inf` for `min`, found `-1e306`
             world.xml:5:67: error[bad-number]: expected a finite length for `offset`, found `1e307`

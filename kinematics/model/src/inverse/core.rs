@@ -1,6 +1,6 @@
 //! The loops of inverse solvers, over slices that the caller lends: no allocation, no dependency.
 //!
-//! Positions are searched by a damped Gauss-Newton method on the manifold of poses
+//! Positions are found by a damped Gauss-Newton method on the manifold of poses
 //! (T. Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method",
 //! 2011), whose steps leave joints alone that would pass a limit. Velocities are the least squares
 //! within limits, by an active set.
