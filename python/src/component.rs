@@ -130,7 +130,7 @@ impl PythonComponent {
     /// Runs Python on behalf of the worker.
     pub(crate) fn run<T>(&mut self, run: impl FnOnce(Python<'_>, &Self) -> T) -> T {
         let (core, machine) = (self.core.take(), self.machine.take());
-        let mut lending = ContextLoan {
+        let mut loan = ContextLoan {
             component: self,
             core,
             machine,
@@ -139,7 +139,7 @@ impl PythonComponent {
             component,
             core,
             machine,
-        } = &mut lending;
+        } = &mut loan;
         session::lend(core, machine, || Python::attach(|py| run(py, component)))
     }
 
