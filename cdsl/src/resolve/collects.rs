@@ -79,7 +79,7 @@ impl Resolver<'_> {
         };
         let of = slots.iter().find(|of| of.name == slot)?;
         let reason = if of.role != Role::SubscribesTo {
-            "is no topic that the component subscribes to"
+            "is not a topic that the component subscribes to"
         } else if of.is_array {
             "is a topic of a slot array"
         } else if of.in_place {

@@ -107,7 +107,7 @@ fn collect_names_topics() {
             c.cdsl:6:38: error[bad-collect]: `within` takes a duration of more than 0, such as `20ms` (write `exact` in its place for samples of equal times)
             c.cdsl:6:43: error[bad-collect]: `compute` is the periodic function (rename it)
             c.cdsl:7:23: error[bad-collect]: a collection has 2 to 8 topics, this one has 1 (the handler of one topic needs none)
-            c.cdsl:8:9: error[bad-collect]: `Battery.charge` is no topic that the component subscribes to (name topics of slots under `subscribesTo`)
+            c.cdsl:8:9: error[bad-collect]: `Battery.charge` is not a topic that the component subscribes to (name topics of slots under `subscribesTo`)
             c.cdsl:8:17: error[bad-reaction]: expected an operation that the component implements or subscribes to, but it requires `go`; declared here at c.cdsl:3:82 (write what the component receives left of `->`, and what it sends right of it)
             c.cdsl:8:21: error[bad-collect]: `many.pose` is a topic of a slot array (name topics of slots under `subscribesTo`)
             c.cdsl:8:32: error[bad-collect]: `compute` has no samples (name topics)

@@ -16,7 +16,7 @@ pub enum RecordError {
         reason: String,
     },
     /// The file is not MCAP.
-    #[error("{} is no recording: {reason}", path.display())]
+    #[error("{} is not a recording: {reason}", path.display())]
     NoRecording {
         /// The file.
         path: PathBuf,

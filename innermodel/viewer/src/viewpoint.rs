@@ -28,7 +28,7 @@ pub enum ViewpointError {
     #[error(transparent)]
     Tree(#[from] innermodel::Error),
     /// The node is not a camera.
-    #[error("`{id}` is no camera; {known}")]
+    #[error("`{id}` is not a camera; {known}")]
     NoCamera {
         /// The node.
         id: String,

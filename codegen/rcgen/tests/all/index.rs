@@ -120,7 +120,7 @@ fn what_has_changed_is_told_and_what_breaks_fails() {
     write(path, "before.json", "{}");
     let (code, _, err) = rcgen(path, &since);
     assert_eq!(code, 2);
-    assert!(err.contains("before.json is no index"), "{err}");
+    assert!(err.contains("before.json is not an index"), "{err}");
 }
 
 #[test]

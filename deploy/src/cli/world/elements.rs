@@ -265,7 +265,7 @@ fn in_unit(text: &str, own: Option<&str>) -> Result<Value, Option<String>> {
     let (number, unit) = text.split_at(begin.ok_or(None)?);
     let number: f64 = number.trim().parse().map_err(|_| None)?;
     let own = own.ok_or_else(|| Some("the attribute has no unit".to_owned()))?;
-    let wrong = |unit: &str| Some(format!("`{}` is no unit", clean(unit)));
+    let wrong = |unit: &str| Some(format!("`{}` is not a unit", clean(unit)));
     let from = Unit::parse(unit.trim()).map_err(|_| wrong(unit))?;
     let to = Unit::parse(own).map_err(|_| wrong(own))?;
     let conversion = from.conversion_to(&to);
