@@ -267,7 +267,10 @@ fn find(file: &Path, component: Option<&str>) -> Result<RecordingStart, Failure>
         }
         found.push(recording);
     }
-    let names: Vec<&str> = found.iter().map(|recording| recording.name.as_str()).collect();
+    let names: Vec<&str> = found
+        .iter()
+        .map(|recording| recording.name.as_str())
+        .collect();
     let file = file.display();
     match (component, names.as_slice()) {
         (None, [_]) => Ok(found.swap_remove(0)),

@@ -40,7 +40,10 @@ fn a_program_that_cannot_be_executed_is_reported_with_a_remedy() {
         "{message}"
     );
     let message = refusal("noise", b"\x7fELF and what is none", 0o755);
-    assert!(message.contains("not a program for this machine"), "{message}");
+    assert!(
+        message.contains("not a program for this machine"),
+        "{message}"
+    );
     let message = refusal("script", b"#!/nowhere/interpreter\n", 0o755);
     assert!(message.contains("No such file"), "{message}");
 }

@@ -85,7 +85,10 @@ fn an_attribute_of_a_world_keeps_a_name_that_begins_with_set() {
     assert_eq!((code, err.as_str()), (0, ""));
     let world = folder.path().join("generated/dimmer/world.py");
     let world = fs::read_to_string(world).expect("a text");
-    assert!(world.contains("    def set_level(self, value: int"), "{world}");
+    assert!(
+        world.contains("    def set_level(self, value: int"),
+        "{world}"
+    );
 }
 
 #[test]

@@ -59,7 +59,10 @@ fn read(path: &Path) -> Result<Index, Failure> {
     let text = rc_files::read(path).map_err(|e| system(format!("{}: {e}", path.display())))?;
     serde_json::from_str(&text).map_err(|error| {
         let help = "`rcgen index DIR -o FILE.json` writes one";
-        Failure::Usage(format!("{} is not an index: {error}; {help}", path.display()))
+        Failure::Usage(format!(
+            "{} is not an index: {error}; {help}",
+            path.display()
+        ))
     })
 }
 
