@@ -218,6 +218,11 @@ pub fn tree(world: &Snapshot) -> model::Document {
     out.document
 }
 
+/// Whether a file can have a character in an id.
+fn is_of_xml(c: char) -> bool {
+    !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')
+}
+
 /// A tree that is being made.
 struct Building<'w> {
     world: &'w Snapshot,
@@ -268,13 +273,8 @@ impl<'w> Building<'w> {
         // The body is below a frame with its pose.
         let frame = Kind::Transform(Frame::default());
         let place = self.push(&id, parent, frame, pose, Vec::new());
-        self.push(
-            &format!("{id}_body"),
-            Some(place),
-            kind,
-            Pose::default(),
-            allowed,
-        );
+        let below = self.free(format!("{id}_body"));
+        self.push(&below, Some(place), kind, Pose::default(), allowed);
         place
     }
 
@@ -296,7 +296,7 @@ impl<'w> Building<'w> {
     fn id(&self, node: NodeRef<'w>) -> String {
         let (name, id) = (node.name(), node.id());
         let is_alone = self.names.get(name) == Some(&1) && !name.is_empty();
-        if is_alone && name != model::ROOT && !name.chars().any(char::is_control) {
+        if is_alone && name != model::ROOT && name.chars().all(is_of_xml) {
             return name.to_owned();
         }
         let kind = if name.is_empty() {
@@ -304,8 +304,16 @@ impl<'w> Building<'w> {
         } else {
             name
         };
-        let kind: String = kind.chars().filter(|c| !c.is_control()).collect();
-        format!("{kind}#{}:{}", id.writer(), id.count())
+        let kind: String = kind.chars().filter(|c| is_of_xml(*c)).collect();
+        self.free(format!("{kind}#{}:{}", id.writer(), id.count()))
+    }
+
+    /// An id that is made, and is not the name of a frame.
+    fn free(&self, mut id: String) -> String {
+        while self.names.contains_key(id.as_str()) {
+            id.push('_');
+        }
+        id
     }
 
     /// What a node is, if it is more than a frame.

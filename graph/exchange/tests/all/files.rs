@@ -266,6 +266,53 @@ fn a_tree_of_innermodel_comes_back_from_its_graph() {
     }
 }
 
+/// A tree whose ids are used twice is none: ids that are made leave the names of others free.
+#[test]
+fn ids_of_a_tree_are_used_once() {
+    let schema = graph_language::builtin("dsr.gdsl").expect("a schema");
+    let graph = Graph::new(schema.into(), 3);
+    let made = graph.change(Time::ZERO, |edit| {
+        let room = edit.add_node("room")?;
+        edit.set(room, "name", "room")?;
+        for name in ["table", "table_body", "cup", "cup", "odd\u{fffe}"] {
+            let object = edit.add_node("object")?;
+            edit.set(object, "name", name)?;
+            for side in ["width", "depth", "height"] {
+                edit.set(object, side, 600_i64)?;
+            }
+            let edge = edit.add_edge("RT", room, object)?;
+            edit.set(edge, "rt_translation", [1.0, 2.0, 3.0])?;
+            edit.set(edge, "rt_rotation_euler_xyz", [0.0; 3])?;
+        }
+        Ok::<(), Error>(())
+    });
+    made.expect("a graph");
+    let now = graph.snapshot();
+    let cup = now.named("cup").next().expect("a cup");
+    let taken = innermodel::tree(&now).nodes.iter().find_map(|node| {
+        let is_cup = node.id.starts_with("cup#") && !node.id.ends_with("_body");
+        is_cup.then(|| node.id.clone())
+    });
+    let renamed = graph.change(Time::ZERO, |edit| {
+        let other = edit.add_node("object")?;
+        edit.set(other, "name", taken.as_deref().expect("a cup"))?;
+        let room = edit.snapshot().named("room").next().expect("a room");
+        let edge = edit.add_edge("RT", room, other)?;
+        edit.set(edge, "rt_translation", [0.0; 3])?;
+        edit.set(edge, "rt_rotation_euler_xyz", [0.0; 3])?;
+        edit.set(cup, "level", 1_i64)
+    });
+    renamed.expect("a change");
+    let tree = innermodel::tree(&graph.snapshot());
+    let text = innermodel_language::print(&tree);
+    let mut sources = SourceMap::new();
+    let source = sources.add("world.xml", text);
+    let (back, found) = innermodel_language::load(&mut sources, &NoFiles, source);
+    assert!(!found.has_errors(), "{found:?}");
+    assert_eq!(back.nodes.len(), 1 + 5 * 2 + 1);
+    assert!(back.find("table_body").is_some() && back.find("table_body_").is_some());
+}
+
 /// Frames of ROS and of DSR point elsewhere than those of InnerModel, and names may be there twice.
 #[test]
 fn frames_of_other_graphs_are_turned_into_a_tree() {
