@@ -119,7 +119,7 @@ impl CachingClient {
         self.kept.iter().position(|kept| kept.request == request)
     }
 
-    /// Keeps the reply to a request, if it is a result and not too large.
+    /// Keeps the reply to a request, if it is not too large.
     fn keep(&mut self, request: &[u8], header: Header, body: &[u8], begun: u64) {
         let mut memory = vec![0_u128; body.len().div_ceil(size_of::<u128>())];
         memory.as_mut_slice().as_mut_bytes()[..body.len()].copy_from_slice(body);
@@ -167,16 +167,46 @@ impl CachingClient {
         self.counts.used(freshness);
         take(header, &kept.memory.as_slice().as_bytes()[..kept.length]);
     }
+}
 
-    /// Whether a reply is a result: exceptions and refusals are not kept.
-    fn is_result(&self, request: &[u8], header: Header, body: &[u8]) -> bool {
-        let profile = self.port.profile();
+/// What a reply has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// Values, which have an age, and which can be kept.
+    Values,
+    /// No values: the query is there for what it does.
+    Nothing,
+    /// An exception or a refusal, which is of now.
+    Failure,
+}
+
+impl Content {
+    /// That of a reply. `request` begins with the envelope.
+    fn of(
+        operations: &[Operation],
+        profile: Profile,
+        request: &[u8],
+        (header, body): (Header, &[u8]),
+    ) -> Self {
         let Ok((id, _)) = rpc::request_values(request, profile) else {
-            return false;
+            return Self::Failure;
         };
-        let operation = self.operations.iter().find(|operation| operation.id == id);
+        let operation = operations.iter().find(|operation| operation.id == id);
         let values = operation.map(|of| reply_values(of, profile, header, body));
-        matches!(values, Some(Ok(Some((0, _)))))
+        let Some(Ok(Some((0, begin)))) = values else {
+            return Self::Failure;
+        };
+        let is_empty = match body.get(begin..) {
+            None | Some([]) => true,
+            // A message of ROS 2 without members has one byte, 0. One with a `false` is not kept.
+            Some([0]) => profile == Profile::Bare,
+            Some(_) => false,
+        };
+        if is_empty {
+            Self::Nothing
+        } else {
+            Self::Values
+        }
     }
 }
 
@@ -208,6 +238,10 @@ impl Client for CachingClient {
     ) -> Result<(), CallError> {
         let keeps = self.cache > 0 || self.stale == Stale::Last;
         let begun = self.now();
+        if self.kept.back().is_some_and(|last| last.begun > begun) {
+            // Time was set back.
+            self.forget_all();
+        }
         let bytes = if !keeps || request.begin().len() == request.length() {
             Cow::Borrowed(request.begin())
         } else {
@@ -220,7 +254,7 @@ impl Client for CachingClient {
             let longest = self.cache.min(fresh);
             if let Some(place) = self.find(&bytes)
                 && self.cache > 0
-                && begun.saturating_sub(self.kept[place].begun) <= longest
+                && begun - self.kept[place].begun <= longest
             {
                 self.answer(place, &bytes, begun, take);
                 return Ok(());
@@ -228,29 +262,35 @@ impl Client for CachingClient {
         }
         let simulated = self.simulated.clone();
         let (limit_of_age, informs) = (self.fresh, self.stale == Stale::Inform);
+        let (operations, profile) = (self.operations, self.port.profile());
         let (mut came, mut reply) = (None, None);
         let called = self.port.call(header, request, limit, &mut |header, body| {
             let now = moment(simulated.as_deref());
             let (age, is_fresh) = age(begun, now, limit_of_age);
-            let is_used = is_fresh || informs;
-            if keeps || !is_used {
+            let content = Content::of(operations, profile, &bytes, (header, body));
+            let is_used = is_fresh || informs || content != Content::Values;
+            if content == Content::Values && (keeps || !is_used) {
                 reply = Some((header, body.to_vec()));
             }
             if is_used {
                 take(header, body);
             }
-            came = Some((now, age, is_fresh));
+            came = Some((now, age, is_fresh, content));
         });
-        if matches!(
-            called,
-            Err(CallError::NoServer(_) | CallError::ServerDied(_))
-        ) {
+        if called.is_err() {
+            // The server may be gone, or may have done what was asked.
             self.forget_all();
         }
         called?;
-        let Some((now, age, is_fresh)) = came else {
+        let Some((now, age, is_fresh, content)) = came else {
             return Ok(());
         };
+        if content != Content::Values {
+            // A query without results is a command that waits for its end; an exception may be the
+            // end of one.
+            self.forget_all();
+            return Ok(());
+        }
         let freshness = Freshness {
             age,
             made: Made::Computed,
@@ -275,20 +315,20 @@ impl Client for CachingClient {
         self.counts.used(freshness);
         if let Some((header, body)) = reply
             && is_fresh
-            && self.is_result(&bytes, header, &body)
         {
             self.keep(&bytes, header, &body, begun);
         }
         Ok(())
     }
 
-    /// A started call has no reply that could be kept: it asks the server.
+    /// A started call asks the server, and may change it.
     fn start(
         &mut self,
         header: Header,
         request: &dyn RequestBody,
         limit: Duration,
     ) -> Result<(), CallError> {
+        self.forget_all();
         self.port.start(header, request, limit)
     }
 

@@ -5,6 +5,7 @@
 //! last of them are no further apart than `within`. Each sample is used once. A queue keeps the newest
 //! samples, in number and in bytes.
 
+use crate::freshness::age;
 use rc_middleware::freshness::{Fresh, Freshness};
 use rc_middleware::{DecodeError, Encoding, Reader};
 use std::collections::VecDeque;
@@ -12,6 +13,9 @@ use std::time::Duration;
 
 /// The most samples that a queue keeps.
 const MOST_SAMPLES: usize = 100;
+/// A sample that is so much older than all that wait, in nanoseconds, comes from a clock that was set
+/// back: those would stay, and each newer one would leave as the oldest.
+const SET_BACK: u64 = 1_000_000_000;
 /// The most bytes that the queues of one collection keep.
 const MOST_BYTES: usize = 64 * 1024 * 1024;
 
@@ -33,6 +37,8 @@ pub struct Collected {
     pub(crate) at: u64,
     /// `fresh` of its slot.
     pub(crate) limit: Option<Duration>,
+    /// Whether its slot has `stale refuse`.
+    pub(crate) refuses: bool,
     pub(crate) freshness: Freshness,
     pub(crate) encoding: Encoding,
     pub(crate) bytes: Vec<u8>,
@@ -94,9 +100,37 @@ impl Collector {
         Some(sample)
     }
 
+    /// Drops all samples: time was set back.
+    pub(crate) fn clear(&mut self) {
+        for topic in 0..self.queues.len() {
+            self.clear_topic(topic);
+        }
+    }
+
+    fn clear_topic(&mut self, topic: usize) {
+        while !self.queues[topic].is_empty() {
+            self.drop_oldest(topic);
+        }
+    }
+
+    /// Drops what has become older than its slot takes.
+    pub(crate) fn expire(&mut self, now: u64) {
+        for topic in 0..self.queues.len() {
+            let is_refused =
+                |sample: &Collected| sample.refuses && !age(sample.at, now, sample.limit).1;
+            while self.queues[topic].front().is_some_and(is_refused) {
+                self.drop_oldest(topic);
+            }
+        }
+    }
+
     /// Adds a sample. Returns one of each topic, in their order, if they match.
     pub(crate) fn add(&mut self, topic: usize, sample: Collected) -> Option<Vec<Collected>> {
         let at = sample.at;
+        let is_old = |oldest: &Collected| oldest.at.saturating_sub(at) > SET_BACK.max(self.within);
+        if self.queues[topic].front().is_some_and(is_old) {
+            self.clear_topic(topic);
+        }
         self.bytes += sample.bytes.len();
         // A sample of the same time replaces the earlier one, as the key of a dictionary does.
         let place = self.queues[topic].partition_point(|earlier| earlier.at < at);

@@ -151,6 +151,8 @@ impl Moments {
 pub(crate) struct Inputs {
     topics: Vec<Topic>,
     collectors: Vec<Collector>,
+    /// The latest time that it has seen.
+    seen: u64,
 }
 
 /// What a component does with a sample that came.
@@ -171,6 +173,16 @@ pub(crate) struct Limits {
 }
 
 impl Inputs {
+    /// Forgets all samples if time was set back: they are of another time, and would count as fresh
+    /// until it comes again.
+    fn see(&mut self, now: u64) {
+        if now < self.seen {
+            self.topics.iter_mut().for_each(|topic| topic.newest = None);
+            self.collectors.iter_mut().for_each(Collector::clear);
+        }
+        self.seen = now;
+    }
+
     /// Keeps a sample of a topic that was made at `made`, and came at `now`.
     pub(crate) fn arrive(
         &mut self,
@@ -179,6 +191,7 @@ impl Inputs {
         encoding: Encoding,
         body: &[u8],
     ) -> Arrival {
+        self.see(now);
         let Limits {
             topic: at,
             fresh,
@@ -252,6 +265,7 @@ impl Inputs {
         now: u64,
         read: impl FnOnce(&mut Reader<'_>) -> Result<T, DecodeError>,
     ) -> Result<Fresh<T>, CallError> {
+        self.see(now);
         let topic = self.topics.iter_mut().find(|topic| topic.at == at);
         let topic = topic.ok_or(CallError::NoValue)?;
         let newest = topic.newest.as_mut().ok_or(CallError::NoValue)?;
@@ -288,8 +302,10 @@ impl Inputs {
             let collector = Collector::new(collect.within, collect.topics.len());
             self.collectors.push(collector);
         }
-        self.collectors[number].set_depth(topic, depth as usize);
-        let mut all = self.collectors[number].add(topic, sample)?;
+        let collector = &mut self.collectors[number];
+        collector.set_depth(topic, depth as usize);
+        collector.expire(now);
+        let mut all = collector.add(topic, sample)?;
         // The other ones have become older while they waited.
         for waited in &mut all {
             let (age, is_fresh) = age(waited.at, now, waited.limit);

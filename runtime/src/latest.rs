@@ -98,8 +98,10 @@ pub(crate) fn answer(
     let values = &mut *values.borrow_mut();
     let mut all = values.values.iter_mut();
     let latest = all.find(|of| of.slot == slot.described && of.operation == operation)?;
-    let (age, is_fresh) = age(latest.made, core.moments().now(), Some(longest));
-    if !is_fresh {
+    let now = core.moments().now();
+    let (age, is_fresh) = age(latest.made, now, Some(longest));
+    // A value of before time was set back would stay until it comes again.
+    if !is_fresh || now < latest.made {
         return None;
     }
     let made = if std::mem::replace(&mut latest.is_used, true) {

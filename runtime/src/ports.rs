@@ -347,16 +347,19 @@ impl Connections {
                 }),
                 None => port,
             };
-            self.exact.client(slot, self.cached(&open, slot, port))
+            if open.qos.cache.is_some() || open.qos.fresh.is_some() {
+                // What a kept reply answers is no request, for tools and for chains.
+                let port = self.cached(&open, slot, self.tapped(slot, port));
+                let port = self.exact.client(slot, port);
+                return Ok(self.counted(slot, TypedClient::new(port, open.qos.timeout)));
+            }
+            self.exact.client(slot, port)
         };
         Ok(self.calling(slot, self.slot(slot)?.qos.timeout, port))
     }
 
-    /// A client whose replies are kept, or know their age, if the slot wants it.
+    /// A client whose replies are kept, or know their age.
     fn cached(&self, open: &OpenSlot, slot: usize, port: Box<dyn Client>) -> Box<dyn Client> {
-        if open.qos.cache.is_none() && open.qos.fresh.is_none() {
-            return port;
-        }
         let counts = FreshCounts::new(open.qos.fresh);
         self.fresh.borrow_mut().push((slot, counts.clone()));
         let simulated = self.is_time_simulated().then(|| Arc::clone(&self.now));
@@ -365,18 +368,25 @@ impl Connections {
 
     /// The client of a slot over its port, whose calls are counted, tapped and noted.
     fn calling(&self, slot: usize, timeout: Duration, port: Box<dyn Client>) -> TypedClient {
+        self.counted(slot, TypedClient::new(self.tapped(slot, port), timeout))
+    }
+
+    fn counted(&self, slot: usize, client: TypedClient) -> TypedClient {
+        self.count(slot, client.sent());
+        client
+    }
+
+    /// A client whose calls are tapped and noted.
+    fn tapped(&self, slot: usize, port: Box<dyn Client>) -> Box<dyn Client> {
         self.watch(slot, port.queue());
         let guid = u128::from_be_bytes(port.guid());
         self.hops.opened(slot, ALL_OPERATIONS, &[guid]);
-        let port = Box::new(TappedClient {
+        Box::new(TappedClient {
             port,
             taps: Arc::clone(&self.taps),
             hops: Rc::clone(&self.hops),
             slot,
-        });
-        let client = TypedClient::new(port, timeout);
-        self.count(slot, client.sent());
-        client
+        })
     }
 
     /// Ends the opening of members: a component does so between `initialize` and the first state of

@@ -359,7 +359,8 @@ impl<'a> Connected<'a> {
             status.sent = self.ports.sent();
             status.withheld = self.ports.withheld();
             status.converted = self.ports.converted();
-            status.fresh = self.ports.fresh();
+            // The worker may have set values that answer queries.
+            status.fresh.extend(self.ports.fresh());
             status.forwarded = self.ports.forwarded();
             status.transports = self.ports.transports();
             status.queues = self.ports.queues();

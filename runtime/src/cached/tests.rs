@@ -2,13 +2,16 @@ use super::*;
 use crate::clock::{SimulatedClock, Time};
 use rc_middleware::Writer;
 use rc_middleware::freshness::Made;
-use rc_middleware::typed::TypedClient;
+use rc_middleware::typed::{ReplyVariant, TypedClient};
 use std::cell::Cell;
 use std::rc::Rc;
 
 const DOUBLE: Operation = Operation::query("double", 5, 9, &[]);
 const RESET: Operation = Operation::one_way("reset", 6, 10);
-const OPERATIONS: &[Operation] = &[DOUBLE, RESET];
+/// A query without results.
+const MOVE: Operation = Operation::query("move", 7, 11, &[ReplyVariant::of::<i32>(FAULT)]);
+const FAULT: i32 = 77;
+const OPERATIONS: &[Operation] = &[DOUBLE, RESET, MOVE];
 
 /// What a test sees and sets of a server.
 #[derive(Default)]
@@ -17,6 +20,7 @@ struct Server {
     number: Cell<u128>,
     takes: Cell<u64>,
     refuses: Cell<bool>,
+    throws: Cell<bool>,
     fails: Cell<bool>,
 }
 
@@ -54,9 +58,14 @@ impl Client for Port {
         if server.refuses.get() {
             rpc::refuse(&mut writer, id, rpc::Outcome::OutOfResources, "no");
         } else {
+            let (operation, _) = rpc::request_values(&bytes, Profile::Rpc).expect("an envelope");
+            let is_thrown = server.throws.get();
+            let case = if is_thrown { FAULT } else { 0 };
+            rpc::begin_reply(&mut writer, id, operation, case);
             let number: i32 = reader.get().expect("a number");
-            rpc::begin_reply(&mut writer, id, DOUBLE.id, 0);
-            writer.put(&(2 * number + 100 * server.calls.get() as i32));
+            if is_thrown || operation == DOUBLE.id {
+                writer.put(&(2 * number + 100 * server.calls.get() as i32));
+            }
         }
         take(header, &writer.into_bytes());
         Ok(())
@@ -170,6 +179,72 @@ fn replies_are_forgotten_with_their_server_and_after_commands() {
     assert_eq!(bench.call(1), Ok(302));
     assert!(matches!(bench.call(2), Err(CallError::NoServer(_))));
     assert!(matches!(bench.call(1), Err(CallError::NoServer(_))));
+}
+
+#[test]
+fn a_query_without_results_is_always_sent_and_changes_its_server() {
+    let mut bench = Bench::new(50, 30, Stale::Last);
+    let go = |bench: &mut Bench| {
+        let went: Result<(), CallError> = bench.client.call(&MOVE, (&7,));
+        went.expect("an end");
+        bench.server.calls.get()
+    };
+    assert_eq!((go(&mut bench), go(&mut bench)), (1, 2));
+    assert_eq!(bench.last(), None);
+    assert_eq!(bench.call(1), Ok(302));
+    // A slow one has no age.
+    bench.server.takes.set(31);
+    assert_eq!(go(&mut bench), 4);
+    bench.server.takes.set(0);
+    assert_eq!(bench.call(1), Ok(502));
+}
+
+#[test]
+fn a_reply_of_ros_without_members_has_no_values() {
+    let bare = |body: &[u8]| {
+        let id = rpc::RequestId {
+            writer: [7; 16],
+            sequence: 1,
+        };
+        let mut request = Writer::default();
+        rpc::begin_request(&mut request, id, RESET.id);
+        rpc::begin_body(&mut request, Profile::Bare);
+        let mut reply = Writer::default();
+        rpc::begin_reply(&mut reply, id, RESET.id, 0);
+        rpc::begin_body(&mut reply, Profile::Bare);
+        let reply = [&reply.into_bytes()[..], body].concat();
+        let header = Header::default();
+        let request = request.into_bytes();
+        Content::of(OPERATIONS, Profile::Bare, &request, (header, &reply))
+    };
+    assert!(bare(&[]) == Content::Nothing && bare(&[0]) == Content::Nothing);
+    assert!(bare(&[1]) == Content::Values && bare(&[0, 0]) == Content::Values);
+}
+
+#[test]
+fn a_late_exception_or_refusal_is_handed_over() {
+    for stale in [Stale::Refuse, Stale::Last] {
+        let mut bench = Bench::new(0, 30, stale);
+        assert_eq!(bench.call(1), Ok(102), "{stale}");
+        bench.server.takes.set(31);
+        bench.server.refuses.set(true);
+        let refused = Err(CallError::Refused("no".to_owned()));
+        assert_eq!(bench.call(1), refused, "{stale}");
+        bench.server.refuses.set(false);
+        bench.server.throws.set(true);
+        let thrown = bench.call(1);
+        let is_told = !matches!(thrown, Ok(_) | Err(CallError::Stale { .. }));
+        assert!(is_told, "{stale}: {thrown:?}");
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_back_leaves_no_reply_of_the_future() {
+    let mut bench = Bench::new(50, 0, Stale::Inform);
+    assert_eq!(bench.call(1), Ok(102));
+    bench.clock.set(Time::from_nanos(5));
+    assert_eq!(bench.call(1), Ok(202));
+    assert_eq!(bench.call(1), Ok(202));
 }
 
 #[test]

@@ -7,6 +7,7 @@ fn sample(at: u64, length: usize) -> Collected {
     Collected {
         at,
         limit: None,
+        refuses: false,
         freshness: Freshness {
             age: Duration::ZERO,
             made: Made::Computed,
@@ -86,6 +87,40 @@ fn a_sample_of_the_same_time_replaces_the_earlier_one() {
         [2, 3]
     );
     assert_eq!((collector.bytes, collector.dropped), (0, 1));
+}
+
+#[test]
+fn a_clock_that_is_set_back_leaves_no_samples_of_the_future() {
+    const SECOND: u64 = 1_000_000_000;
+    let mut collector = collector(10, &[2, 2]);
+    for at in [9 * SECOND, 9 * SECOND + 50] {
+        assert!(collector.add(0, sample(at, 1)).is_none());
+    }
+    // The queue is full. One that comes out of order leaves as the oldest one.
+    assert!(collector.add(0, sample(8 * SECOND + 1, 1)).is_none());
+    assert!(collector.add(1, sample(8 * SECOND + 1, 1)).is_none());
+    assert!(collector.add(0, sample(3 * SECOND, 1)).is_none());
+    assert!(collector.add(1, sample(3 * SECOND + 10, 1)).is_some());
+    assert_eq!(collector.bytes, 0);
+    collector.add(0, sample(7, 1));
+    collector.clear();
+    assert_eq!((collector.bytes, collector.add(1, sample(7, 1))), (0, None));
+}
+
+#[test]
+fn samples_that_become_too_old_are_not_collected_if_their_slot_refuses_them() {
+    for (refuses, now, matches) in [(true, 30, true), (true, 31, false), (false, 31, true)] {
+        let mut collector = collector(90, &[9, 9]);
+        let waits = Collected {
+            limit: Some(Duration::from_nanos(20)),
+            refuses,
+            ..sample(10, 1)
+        };
+        collector.add(0, waits);
+        collector.expire(now);
+        let found = collector.add(1, sample(now, 1));
+        assert_eq!(found.is_some(), matches, "{refuses} {now}");
+    }
 }
 
 /// All combinations in the order of an odometer, as `message_filters` tries them.

@@ -10,6 +10,7 @@ use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use crate::status::Shared;
+use rc_middleware::qos::Stale;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Message, Reply, Spin};
 use std::rc::Rc;
@@ -252,6 +253,7 @@ fn keep(
         let sample = Collected {
             at: made,
             limit: qos.fresh,
+            refuses: qos.stale == Stale::Refuse,
             freshness: arrival.freshness,
             encoding: header.encoding,
             bytes: bytes.to_vec(),
