@@ -317,6 +317,22 @@ impl ChainCheck<'_> {
         all.max().unwrap_or_default()
     }
 
+    /// The longest time of a message, after its own way, until those come with which it is collected:
+    /// they may be sent later, and be longer on their way.
+    fn collected(&self, chain: &Chain, link: &Link) -> u64 {
+        let own = self.of_link(chain, link);
+        let waits = self.flow.collected(link.to).map(|(ports, within)| {
+            let others = ports.iter().filter(|port| **port != link.to);
+            let ways = others.flat_map(|port| {
+                let senders = self.flow.senders(*port).iter();
+                senders.map(|sender| self.transport(None, Some(sender.instance), *port))
+            });
+            let longest = ways.max().unwrap_or(0);
+            within.saturating_add(longest.saturating_sub(own))
+        });
+        waits.max().unwrap_or(0)
+    }
+
     /// The components as the analysis knows them. A declared transport holds for a chain alone.
     fn analysed(&self, chain: &Chain, path: &Path) -> Vec<bounds::Component> {
         let all = self.flow.components.iter().enumerate();
@@ -376,7 +392,7 @@ impl ChainCheck<'_> {
                         handler: self.flow.handler(link.to),
                         way,
                         transport: self.of_link(chain, link),
-                        collected: self.flow.collected(link.to),
+                        collected: self.collected(chain, link),
                     }
                 })
                 .collect()

@@ -55,7 +55,7 @@ pub(crate) struct FlowComponent {
 #[derive(Debug)]
 struct FlowCollect {
     ports: Vec<Port>,
-    /// The longest time until the others come.
+    /// The most time between sending two of them.
     within: u64,
 }
 
@@ -130,11 +130,12 @@ impl Flow {
         self.senders.get(&port).map_or(&[], Vec::as_slice)
     }
 
-    /// The longest time of a message until those come with which it is collected.
-    pub(crate) fn collected(&self, port: Port) -> u64 {
+    /// What a message is collected with: the ports of each collection, and the most time between
+    /// sending two of its messages.
+    pub(crate) fn collected(&self, port: Port) -> impl Iterator<Item = (&[Port], u64)> {
         let collects = self.components[port.instance].collects.iter();
-        let of_port = collects.filter(|collect| collect.ports.contains(&port));
-        of_port.map(|collect| collect.within).max().unwrap_or(0)
+        let of_port = collects.filter(move |collect| collect.ports.contains(&port));
+        of_port.map(|collect| (collect.ports.as_slice(), collect.within))
     }
 
     /// Whether messages come from outside of the network.

@@ -69,7 +69,7 @@ impl ChainCheck<'_> {
         let way = Duration::from_nanos(self.transport(None, Some(from.instance), to));
         if way >= fresh {
             let message = format!(
-                "no sample of `{name}` is fresh when it comes: it is up to {} on its way, and fresh for {}",
+                "samples of `{name}` may be too old when they come: they are up to {} on their way, and fresh for {}",
                 text_of(way),
                 text_of(fresh)
             );

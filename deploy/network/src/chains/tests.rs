@@ -324,13 +324,25 @@ fn a_message_waits_for_those_with_which_it_is_collected() {
 }
 
 #[test]
+fn messages_that_are_collected_may_be_longer_on_their_way() {
+    let body = "bind fuser.clean -> lidar.ScanPub; bind fuser.near -> other.ScanPub;\n\
+        Chain brake { from lidar.ScanPub.newScan; to base.Drive.setSpeed; within 90ms; transport 50us; };";
+    let plan = check("lidar other:lidar fuser base", body, &expect![[""]]);
+    // The other scan is sent 20 ms later, and takes 0.2 ms.
+    assert!(
+        plan.contains("fuser.clean.newScan: 0.05 ms on the way, 20.15 ms until it is collected"),
+        "{plan}"
+    );
+}
+
+#[test]
 fn values_that_are_never_fresh_or_not_always() {
     let body = "bind hasty.one -> lidar.ScanPub; bind hasty.two -> lidar.ScanPub; bind hasty.three -> lidar.ScanPub;";
     check(
         "lidar hasty power meter",
         body,
         &expect![[r#"
-        net.ddsl:1:68: warning[never-fresh]: no sample of `hasty.one.newScan` is fresh when it comes: it is up to 200us on its way, and fresh for 100us; here at hasty.cdsl:3:33 (lengthen `fresh` in the .cdsl)
+        net.ddsl:1:68: warning[never-fresh]: samples of `hasty.one.newScan` may be too old when they come: they are up to 200us on their way, and fresh for 100us; here at hasty.cdsl:3:33 (lengthen `fresh` in the .cdsl)
         net.ddsl:1:68: warning[always-stale]: the newest sample of `hasty.two.newScan` is too old in every period: it comes every 50ms, and is fresh for 50ms; here at hasty.cdsl:3:66 (lengthen `fresh` to 50200us, or shorten the period of `lidar`)
         net.ddsl:1:68: warning[latest-over-fresh]: the server answers `hasty.Level` with values that are up to 100ms old, and are fresh for 99ms; answers with its last value at power.cdsl:3:31 (shorten `serve latest`, or lengthen `fresh`)
     "#]],
