@@ -2,9 +2,7 @@
 //! whole.
 
 use crate::error::Error;
-use crate::limits::{
-    GREATEST, MOST_AHEAD, MOST_AHEAD_THERE, MOST_ATTRIBUTES, MOST_NAME, MOST_VALUE, MOST_WRITERS,
-};
+use crate::limits::{MOST_ATTRIBUTES, MOST_NAME, MOST_VALUE, MOST_WRITERS, is_far};
 use crate::record::{Delta, Record, Stamp, count};
 use crate::replica::Replica;
 use property_graph::{Id, MOST_BYTES, Value};
@@ -24,15 +22,6 @@ pub(crate) fn check_value(value: &Value, writer: u64) -> Result<(), Error> {
     };
     let is_sound = value.is_finite() && value.size() <= most;
     is_sound.then_some(()).ok_or(Error::Value(writer))
-}
-
-fn is_far(number: u64, known: u64) -> bool {
-    let most = if number > GREATEST {
-        MOST_AHEAD_THERE
-    } else {
-        MOST_AHEAD
-    };
-    number.saturating_sub(known) > most
 }
 
 impl Replica {
@@ -106,6 +95,15 @@ impl Replica {
     /// # Errors
     /// Those of [`Replica::merge`].
     pub fn check(&self, delta: &Delta) -> Result<(), Error> {
+        self.check_numbers(delta, is_far)
+    }
+
+    /// The same, where this function says which numbers are too far ahead of the known ones.
+    pub(crate) fn check_numbers(
+        &self,
+        delta: &Delta,
+        is_far: impl Fn(u64, u64) -> bool,
+    ) -> Result<(), Error> {
         let own = count(self.seen(), self.writer());
         let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
             && count(&delta.since, self.writer()) <= own;

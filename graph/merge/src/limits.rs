@@ -15,6 +15,25 @@ pub(crate) const MOST_WRITERS: usize = 1 << 14;
 pub(crate) const MOST_AHEAD: u64 = 1 << 48;
 /// Numbers that replicas count themselves never come near this limit. Beyond it, a number may be
 /// ahead by less, so that enough numbers are left after any messages.
-pub(crate) const GREATEST: u64 = 1 << 62;
+const GREATEST: u64 = 1 << 62;
+/// The greatest number of an answer, which has the changes of a whole life. Messages of changes never
+/// come near it.
+const GREATEST_IN_ANSWER: u64 = 1 << 63;
 /// How far a number beyond [`GREATEST`] may be ahead.
-pub(crate) const MOST_AHEAD_THERE: u64 = 1 << 24;
+const MOST_AHEAD_THERE: u64 = 1 << 24;
+
+/// Whether a number of a change is too far ahead of the known one.
+pub(crate) fn is_far(number: u64, known: u64) -> bool {
+    let most = if number > GREATEST {
+        MOST_AHEAD_THERE
+    } else {
+        MOST_AHEAD
+    };
+    number.saturating_sub(known) > most
+}
+
+/// Whether a number of an answer is too far ahead of the known one. Others may have come to it by many
+/// changes.
+pub(crate) fn is_far_in_answer(number: u64, known: u64) -> bool {
+    number > GREATEST_IN_ANSWER && is_far(number, known)
+}

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::hash::range_of;
-use crate::limits::{MOST_AHEAD, MOST_ELEMENTS};
+use crate::limits::{MOST_AHEAD, MOST_ELEMENTS, is_far_in_answer};
 use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
 use property_graph::{Id, Value};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -407,7 +407,8 @@ impl Replica {
     /// nothing is changed. What else it says of the changes of others is believed, also that they
     /// were removed: accept deltas only from replicas that you trust.
     pub fn merge(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
-        self.merge_where(delta, |_, _| true)
+        self.check(delta)?;
+        Ok(self.merge_where(delta, |_, _| true))
     }
 
     /// Takes the changes of another replica but for those behind a gap: changes of a writer of which
@@ -416,6 +417,21 @@ impl Replica {
     /// # Errors
     /// Those of [`Replica::merge`].
     pub fn merge_in_order(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
+        self.check(delta)?;
+        Ok(self.merge_without_gaps(delta))
+    }
+
+    /// Takes the answer to a question of this replica as [`Replica::merge_in_order`] takes changes. A replica
+    /// that joins late knows no number, so those of an answer may be up to 2^63.
+    ///
+    /// # Errors
+    /// Those of [`Replica::merge`].
+    pub fn merge_answer(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
+        self.check_numbers(delta, is_far_in_answer)?;
+        Ok(self.merge_without_gaps(delta))
+    }
+
+    fn merge_without_gaps(&mut self, delta: &Delta) -> BTreeSet<Id> {
         // A range has single changes of many writers.
         let is_part = delta.all_of.is_some_and(|(_, ranges)| ranges > 1);
         self.merge_where(delta, |seen, stamp| {
@@ -432,8 +448,7 @@ impl Replica {
         &mut self,
         delta: &Delta,
         is_wanted: impl Fn(&Vector, Stamp) -> bool,
-    ) -> Result<BTreeSet<Id>, Error> {
-        self.check(delta)?;
+    ) -> BTreeSet<Id> {
         let mut touched: BTreeSet<Id> = delta.records.iter().map(Record::of).collect();
         for record in &delta.records {
             if is_wanted(&self.seen, record.stamp()) {
@@ -465,7 +480,7 @@ impl Replica {
         }
         self.settle();
         self.acknowledge(delta.sender, &delta.seen);
-        Ok(touched)
+        touched
     }
 
     /// Whether a change with a stamp of this replica is not the one that it has made.

@@ -4,7 +4,7 @@ use crate::content::Content;
 use crate::core::Core;
 use crate::digest::RANGES;
 use crate::message::MOST_CHUNK;
-use crate::peers::missing;
+use crate::peers::{PAUSE, Peer, missing};
 use crate::protocol::between;
 use crate::wire;
 use graph_merge::Vector;
@@ -21,8 +21,6 @@ const WINDOW: usize = 8;
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
 const KEPT_FOR: Duration = Duration::from_secs(5);
-/// How long a replica is not answered again.
-const PAUSE: Duration = Duration::from_millis(50);
 
 /// A question of another replica.
 pub(crate) struct Question {
@@ -38,12 +36,13 @@ struct Asked {
     to: u64,
     number: u64,
     since: Vector,
+    /// The changes that the other replica had announced.
+    announced: Vector,
     ranges: Vec<u32>,
     heard: Duration,
     tries: u32,
     /// Empty until the first chunk arrives.
     chunks: Vec<Option<Vec<u8>>>,
-    bytes: usize,
     /// How many chunks are on the way.
     waiting: usize,
 }
@@ -105,7 +104,7 @@ impl Core {
             }
             asked.tries += 1;
             let is_there = self.protocol.peers.all.get(&asked.to);
-            let is_there = is_there.is_some_and(crate::peers::Peer::is_live);
+            let is_there = is_there.is_some_and(Peer::is_live);
             // No other replica is asked for an answer of which parts are here.
             let most = if asked.chunks.is_empty() {
                 1
@@ -124,16 +123,21 @@ impl Core {
         if now < at {
             return Some(at);
         }
-        self.protocol.ask_at = None;
-        self.ask_somebody(now).then(|| now.saturating_add(RETRY))
+        self.protocol.ask_at = self.ask_somebody(now);
+        let asked = self.protocol.answers.asked.as_ref();
+        let again = asked.map(|_| now.saturating_add(RETRY));
+        again.or(self.protocol.ask_at)
     }
 
-    /// Asks the next one of those that have something.
-    fn ask_somebody(&mut self, now: Duration) -> bool {
+    /// Asks the next one of those that have something. If none of them may be asked yet, returns
+    /// the earliest time.
+    fn ask_somebody(&mut self, now: Duration) -> Option<Duration> {
         let seen = self.replica.seen();
-        let having = self.protocol.peers.live();
-        let having = having.filter(|(_, peer)| missing(&peer.seen, seen) > 0);
-        let mut having: Vec<u64> = having.map(|(writer, _)| writer).collect();
+        let all = self.protocol.peers.live();
+        let all: Vec<(u64, &Peer)> = all.filter(|(_, peer)| peer.has_more(seen)).collect();
+        let having = all.iter().filter(|(_, peer)| peer.ask_after <= now);
+        let mut having: Vec<u64> = having.map(|(writer, _)| *writer).collect();
+        let earliest = all.iter().map(|(_, peer)| peer.ask_after).min();
         let mut ranges = Vec::new();
         if having.is_empty() {
             let wrong = self.protocol.peers.live();
@@ -146,27 +150,26 @@ impl Core {
         let answers = &mut self.protocol.answers;
         let next = having.iter().find(|writer| **writer > answers.last);
         let Some(to) = next.or(having.first()).copied() else {
-            return false;
+            return earliest;
         };
+        let peer = self.protocol.peers.all.get_mut(&to)?;
+        peer.wrong_ranges.clear();
         answers.last = to;
         answers.number += 1;
         answers.asked = Some(Asked {
             to,
             number: answers.number,
             since: seen.clone(),
+            announced: peer.seen.clone(),
             ranges,
             heard: now,
             tries: 0,
             chunks: Vec::new(),
-            bytes: 0,
             waiting: WINDOW,
         });
-        if let Some(peer) = self.protocol.peers.all.get_mut(&to) {
-            peer.wrong_ranges.clear();
-        }
         self.protocol.counts.asked += 1;
         self.ask_again(now);
-        true
+        None
     }
 
     /// Asks for the chunks that are missing.
@@ -311,18 +314,23 @@ impl Core {
             asked.chunks = vec![None; count];
             asked.waiting = count.min(WINDOW);
         }
-        asked.heard = now;
+        // A repeated part is no sign that the others follow.
         if asked.chunks[at].is_none() {
-            asked.bytes += bytes.len();
+            asked.heard = now;
             asked.chunks[at] = Some(bytes);
             asked.tries = 0;
             asked.waiting = asked.waiting.saturating_sub(1);
         }
         if asked.chunks.iter().all(Option::is_some) {
             let chunks = std::mem::take(&mut asked.chunks);
+            let announced = std::mem::take(&mut asked.announced);
             answers.asked = None;
             let whole: Vec<u8> = chunks.into_iter().flatten().flatten().collect();
             self.take_answer(graph, time, now, &whole);
+            let is_fruitless = missing(&announced, self.replica.seen()) > 0;
+            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
+                peer.has_answered(now, is_fruitless);
+            }
         } else if asked.waiting == 0 {
             self.ask_again(now);
         }
@@ -333,7 +341,7 @@ impl Core {
             Ok(deltas) => {
                 for delta in deltas {
                     let at = between(time, graph.snapshot().time(), time);
-                    self.merge(graph, at, &delta);
+                    self.merge_answer(graph, at, &delta);
                 }
                 self.take_waiting(graph, time);
             }

@@ -51,9 +51,7 @@ impl<'c> Check<'c> {
                 }
             }
         }
-        if self.replica.kept().saturating_add(kinds.len()) > 2 * MOST_ELEMENTS {
-            return Err(format!("a world has at most {MOST_ELEMENTS} elements"));
-        }
+        self.room(delta)?;
         for record in &delta.records {
             if let Record::Attribute {
                 of, name, value, ..
@@ -80,6 +78,16 @@ impl<'c> Check<'c> {
             if let Some(name) = missing(self.schema, kind, |name| is_there(id, name)) {
                 return Err(format!("a `{kind}` has no `{name}`"));
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses more elements than a world has.
+    pub(crate) fn room(&self, delta: &Delta) -> Result<(), String> {
+        let is_new = |record: &&Record| matches!(record, Record::Node { .. } | Record::Edge { .. });
+        let new = delta.records.iter().filter(is_new).count();
+        if self.replica.kept().saturating_add(new) > 2 * MOST_ELEMENTS {
+            return Err(format!("a world has at most {MOST_ELEMENTS} elements"));
         }
         Ok(())
     }

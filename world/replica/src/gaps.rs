@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 /// How many bytes wait at most. More is dropped, and asked for once its turn comes.
 const MOST_WAITING: usize = 16 << 20;
-/// What a change takes beside its steps, about.
-const EACH: usize = 256;
+/// About how many bytes a change takes in addition to its steps.
+const EACH: usize = 1024;
 
 /// Changes behind a gap, by writer and by what is before them.
 #[derive(Default)]
@@ -34,6 +34,11 @@ impl Gaps {
         if all.is_empty() {
             self.waiting.remove(&delta.sender);
         }
+    }
+
+    /// How many bytes wait.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
     }
 
     /// The next change before which nothing is missing any more. What is known by now is dropped.

@@ -17,6 +17,13 @@ pub(crate) const SILENT: Duration = Duration::from_secs(5);
 const UNLISTED: Duration = Duration::from_mins(1);
 /// How many characters a name has at most.
 const MOST_NAME: usize = 128;
+/// How long a replica is not asked after an answer: it does not answer again before.
+pub(crate) const PAUSE: Duration = Duration::from_millis(50);
+/// How long it is not asked after a fruitless answer. The time doubles with each further one, up
+/// to 64 times.
+const FRUITLESS_PAUSE: Duration = Duration::from_secs(1);
+/// After so many fruitless answers, a replica that joins does not wait for it.
+const MOST_FRUITLESS: u32 = 3;
 
 /// Another replica.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +45,10 @@ pub(crate) struct Peer {
     pub(crate) wrong_ranges: Vec<u32>,
     /// When it was last answered.
     pub(crate) answered: Option<Duration>,
+    /// It is not asked before.
+    pub(crate) ask_after: Duration,
+    /// How many of its answers, one after the other, lacked changes that it had announced.
+    pub(crate) fruitless: u32,
 }
 
 impl Peer {
@@ -48,6 +59,29 @@ impl Peer {
 
     pub(crate) fn digest(&self) -> u64 {
         digest::one(&self.ranges)
+    }
+
+    /// Whether it has changes that `seen` lacks.
+    pub(crate) fn has_more(&self, seen: &Vector) -> bool {
+        missing(&self.seen, seen) > 0
+    }
+
+    /// Notes an answer, and whether it lacked changes that were announced before the question.
+    pub(crate) fn has_answered(&mut self, now: Duration, is_fruitless: bool) {
+        let pause = if is_fruitless {
+            let doubled = FRUITLESS_PAUSE * (1 << self.fruitless.min(6));
+            self.fruitless = self.fruitless.saturating_add(1);
+            doubled
+        } else {
+            self.fruitless = 0;
+            PAUSE
+        };
+        self.ask_after = now.saturating_add(pause);
+    }
+
+    /// Whether its answers may still bring what it announces.
+    pub(crate) fn is_useful(&self) -> bool {
+        self.fruitless < MOST_FRUITLESS
     }
 
     /// How many changes it has not seen, of those that `seen` has.

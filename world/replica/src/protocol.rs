@@ -9,16 +9,16 @@ use crate::digest::{self, Digests};
 use crate::gaps::Gaps;
 use crate::message::{MOST_CHUNK, Message};
 use crate::overruled;
-use crate::peers::{Peers, missing};
+use crate::peers::Peers;
 use crate::status::Counts;
 use crate::streams::Sample;
 use crate::token::Token;
 use crate::wire;
-use graph_merge::Delta;
+use graph_merge::{Delta, Replica};
 use graph_schema::Schema;
-use property_graph::{Graph, Time};
+use property_graph::{Graph, Id, Time};
 use rc_diagnostics::foreign;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 /// How often a replica announces its state.
@@ -154,8 +154,15 @@ impl Core {
     /// Whether another replica has something that this one lacks.
     pub(crate) fn lacks(&self) -> bool {
         let mut live = self.protocol.peers.live();
-        live.any(|(_, peer)| {
-            missing(&peer.seen, self.replica.seen()) > 0 || !peer.wrong_ranges.is_empty()
+        live.any(|(_, peer)| peer.has_more(self.replica.seen()) || !peer.wrong_ranges.is_empty())
+    }
+
+    /// Whether this replica has the changes that others announce, except those that announce more
+    /// than their answers bring.
+    fn has_answers(&self) -> bool {
+        let mut live = self.protocol.peers.live();
+        live.all(|(_, peer)| {
+            !peer.is_useful() || !peer.has_more(self.replica.seen()) && peer.wrong_ranges.is_empty()
         })
     }
 
@@ -302,12 +309,30 @@ impl Core {
         }
     }
 
-    /// Takes the changes of another replica, and shows them. Returns whether they are sound.
+    /// Takes a change of another replica, and shows it. Returns whether it is sound.
     pub(crate) fn merge(&mut self, graph: &Graph, time: Time, delta: &Delta) -> bool {
         let sound = Check::of(self).delta(delta);
+        self.merge_sound(graph, time, delta, sound, Replica::merge_in_order)
+    }
+
+    /// Takes a part of an answer, and shows it. Changes that the schema allows each by itself may break it
+    /// together. An answer has all of them, and the view hides what the schema does not allow.
+    pub(crate) fn merge_answer(&mut self, graph: &Graph, time: Time, delta: &Delta) {
+        let sound = Check::of(self).room(delta);
+        self.merge_sound(graph, time, delta, sound, Replica::merge_answer);
+    }
+
+    fn merge_sound(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        delta: &Delta,
+        sound: Result<(), String>,
+        merge: impl Fn(&mut Replica, &Delta) -> Result<BTreeSet<Id>, graph_merge::Error>,
+    ) -> bool {
         let merged = sound.and_then(|()| {
             overruled::note(self, delta);
-            let merged = self.replica.merge_in_order(delta);
+            let merged = merge(&mut self.replica, delta);
             merged.map_err(|error| error.to_string())
         });
         match merged {
@@ -344,7 +369,7 @@ impl Core {
         if !newest.is_none_or(|newest| self.replica.count_from(newest)) {
             return self.protocol.refuse("a count is too far ahead");
         }
-        let mut touched = std::collections::BTreeSet::new();
+        let mut touched = BTreeSet::new();
         for sample in samples {
             let Some(kind) = self.replica.kind_of(sample.of) else {
                 // Its element is late, or no more.
@@ -415,7 +440,7 @@ impl Core {
         }
         let started = *self.protocol.started.get_or_insert(now);
         let may_join = !self.protocol.has_joined && now.saturating_sub(started) >= JOINING;
-        if may_join && !self.lacks() {
+        if may_join && self.has_answers() {
             self.protocol.has_joined = true;
         }
         if self.protocol.has_left {

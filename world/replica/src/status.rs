@@ -77,6 +77,8 @@ pub struct Status {
     pub held_streams: usize,
     /// How many bytes wait to be sent.
     pub queued: usize,
+    /// How many bytes of changes wait for earlier ones of their writers.
+    pub waiting: usize,
     /// Whether it lacks something that others have.
     pub is_behind: bool,
     /// Why the newest changes are not shown.
@@ -117,7 +119,8 @@ impl Status {
             tombstones: core.replica.tombstones(),
             held_streams: core.streams.len(),
             queued: protocol.outbox_bytes,
-            is_behind: core.lacks(),
+            waiting: protocol.gaps.bytes(),
+            is_behind: core.lacks() || protocol.gaps.bytes() > 0,
             fault: core.fault.clone(),
             counts: protocol.counts.clone(),
             peers: peers.collect(),

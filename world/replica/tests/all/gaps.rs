@@ -94,6 +94,7 @@ fn what_waits_behind_a_gap_is_bounded_and_comes_with_the_answer() {
     add(network.at(0), "door", "front");
     taken(network.at(0));
     // 20 MB behind the gap.
+    let waiting = |network: &Network| network.at(1).status(network.now).waiting;
     for number in 0..500 {
         let made = network.at(0).change(|edit| {
             let room = edit.add_node("room")?;
@@ -103,8 +104,28 @@ fn what_waits_behind_a_gap_is_bounded_and_comes_with_the_answer() {
         network.at(1).receive(network.now, taken(network.at(0)));
     }
     assert_eq!(network.at(1).snapshot().node_count(), 0);
+    let most = 15 << 20..=16 << 20;
+    assert!(most.contains(&waiting(&network)), "{}", waiting(&network));
     network.converge(5 * SECOND);
     assert_eq!(network.at(1).snapshot().node_count(), 501);
+    assert_eq!(waiting(&network), 0);
+}
+
+#[test]
+fn a_replica_with_a_change_behind_a_gap_is_behind_before_the_writer_has_announced_itself() {
+    let mut network = Network::new(1, CALM, 5);
+    let late = network.world(1, Rights::everything());
+    late.turn(network.now);
+    add(network.at(0), "room", "kitchen");
+    taken(network.at(0));
+    add(network.at(0), "room", "hall");
+    late.receive(network.now, taken(network.at(0)));
+    assert!(late.status(network.now).is_behind);
+    // The writer is silent, and nobody else has the first one.
+    let end = network.now + 10 * SECOND;
+    late.turn(end);
+    let status = late.status(end);
+    assert!(!status.is_behind && status.waiting == 0, "{status:#?}");
 }
 
 /// The rule of who has what: a replica has all changes of each writer up to one, and none behind it. So

@@ -7,6 +7,7 @@ mod gaps;
 mod network;
 mod news;
 mod partitions;
+mod questions;
 mod tf;
 mod threads;
 mod wrong;

@@ -9,20 +9,20 @@ use std::time::Duration;
 const SECOND: Duration = Duration::from_secs(1);
 
 /// A change as a stranger writes it: one step.
-struct Forged {
-    schema: u64,
-    sender: u64,
-    time: i64,
-    since: u64,
-    upto: u64,
-    count: u64,
-    writer: u64,
-    sequence: u64,
-    name: &'static str,
+pub(crate) struct Forged {
+    pub(crate) schema: u64,
+    pub(crate) sender: u64,
+    pub(crate) time: i64,
+    pub(crate) since: u64,
+    pub(crate) upto: u64,
+    pub(crate) count: u64,
+    pub(crate) writer: u64,
+    pub(crate) sequence: u64,
+    pub(crate) name: &'static str,
 }
 
 impl Forged {
-    fn message(&self) -> Message {
+    pub(crate) fn message(&self) -> Message {
         let mut writer = Writer::default();
         writer.put(&self.schema);
         writer.put(&self.sender);
@@ -48,7 +48,7 @@ impl Forged {
 }
 
 /// The schema as messages of a world name it.
-fn schema_of(world: &World) -> u64 {
+pub(crate) fn schema_of(world: &World) -> u64 {
     world.turn(Duration::ZERO);
     let digest = world.take().expect("a digest");
     assert_eq!(digest.topic(), Topic::Digest);
@@ -150,10 +150,10 @@ fn what_no_replica_sends_is_refused() {
 }
 
 /// A step: what, name, element, end, value.
-type StepOf<'s> = (u8, &'s str, Id, Id, Option<Value>);
+pub(crate) type StepOf<'s> = (u8, &'s str, Id, Id, Option<Value>);
 
 /// The steps that a stranger with the writer 9 sends as one change, in order.
-fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
+pub(crate) fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
     let mut writer = Writer::default();
     writer.put(&schema);
     writer.put(&9_u64);
@@ -404,7 +404,7 @@ fn one_that_slept_for_a_minute_catches_up() {
 }
 
 /// A digest of a stranger who has seen this many writers.
-fn digest(schema: u64, sender: u64, writers: u64) -> Message {
+pub(crate) fn digest(schema: u64, sender: u64, writers: u64) -> Message {
     let mut writer = Writer::default();
     writer.put(&schema);
     writer.put(&sender);

@@ -1,0 +1,199 @@
+//! Questions about missing changes, and others whose answers do not help.
+
+use crate::network::{CALM, Network, add, flat, through_bytes};
+use crate::wrong::{Forged, digest, schema_of, steps};
+use property_graph::{Id, Schema, Value};
+use rc_middleware::{Reader, Writer};
+use rc_world::{Message, Rights, Setup, Topic, World};
+use std::time::Duration;
+
+const SECOND: Duration = Duration::from_secs(1);
+/// The writer of a stranger who announces changes that nobody gets.
+const STRANGER: u64 = 9;
+
+fn world(writer: u64) -> World {
+    World::new(Setup::new("mapper", flat()).with_writer(writer))
+}
+
+/// The replica that is asked, and the number of the question.
+fn asked(message: &Message) -> Option<(u64, u64)> {
+    if message.topic() != Topic::Ask {
+        return None;
+    }
+    let mut writer = Writer::default();
+    message.encode(&mut writer);
+    let bytes = writer.into_bytes();
+    let mut reader = Reader::new(&bytes);
+    let mut next = || reader.get::<u64>().expect("a number");
+    let [_sender, to, number] = std::array::from_fn(|_| next());
+    Some((to, number))
+}
+
+/// The first part of the stranger's answer.
+fn chunk(to: u64, number: u64, count: u32, bytes: &[u8]) -> Message {
+    let mut writer = Writer::default();
+    writer.put(&STRANGER);
+    writer.put(&to);
+    writer.put(&number);
+    writer.put(&0_u32);
+    writer.put(&count);
+    writer.put(&bytes.to_vec());
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Chunk, &mut Reader::new(&bytes)).expect("a message")
+}
+
+#[test]
+fn a_replica_whose_answers_bring_nothing_is_asked_less_and_less() {
+    // A damaged answer, and one without changes.
+    for bytes in [&[1_u8, 2, 3][..], &[0; 4]] {
+        let world = world(7);
+        let schema = schema_of(&world);
+        let mut questions = 0;
+        for step in 0..6000 {
+            let now = Duration::from_millis(10) * step;
+            if step % 100 == 0 {
+                world.receive(now, digest(schema, STRANGER, 1));
+            }
+            world.turn(now);
+            while let Some(message) = world.take() {
+                if let Some((to, number)) = asked(&message) {
+                    assert_eq!(to, STRANGER);
+                    questions += 1;
+                    world.receive(now, chunk(7, number, 1, bytes));
+                }
+            }
+        }
+        assert!((4..10).contains(&questions), "{questions} questions");
+        // A world starts in spite of it, but the replica says that it lacks something.
+        let status = world.status(60 * SECOND);
+        assert!(world.has_joined() && status.is_behind);
+    }
+}
+
+#[test]
+fn a_stranger_that_repeats_a_part_of_its_answer_keeps_nobody_from_asking_others() {
+    let (world, other) = (world(7), world(200));
+    let schema = schema_of(&world);
+    add(&other, "room", "kitchen");
+    let mut number = None;
+    for step in 0..1000 {
+        let now = Duration::from_millis(10) * step;
+        if step % 100 == 0 {
+            world.receive(now, digest(schema, STRANGER, 1));
+        }
+        if step % 20 == 0
+            && let Some(number) = number
+        {
+            world.receive(now, chunk(7, number, 2, &[0; 4]));
+        }
+        world.turn(now);
+        while let Some(message) = world.take() {
+            number = number.or(asked(&message)
+                .filter(|(to, _)| *to == STRANGER)
+                .map(|(_, number)| number));
+            other.receive(now, message);
+        }
+        other.turn(now);
+        while let Some(message) = other.take() {
+            // Its change is lost.
+            if message.topic() != Topic::Change {
+                world.receive(now, message);
+            }
+        }
+    }
+    assert!(number.is_some());
+    assert_eq!(world.snapshot().node_count(), 1);
+}
+
+#[test]
+fn a_second_loss_right_after_an_answer_is_repaired_as_soon_as_the_first_one() {
+    let mut network = Network::new(2, CALM, 5);
+    network.run(3 * SECOND);
+    for (at, names) in [["kitchen", "hall"], ["cellar", "attic"]]
+        .iter()
+        .enumerate()
+    {
+        let [_, second] = names.map(|name| {
+            add(network.at(0), "room", name);
+            let mut all = std::iter::from_fn(|| network.at(0).take());
+            let change = all.find(|message| message.topic() == Topic::Change);
+            change.expect("a change")
+        });
+        network.at(1).receive(network.now, through_bytes(&second));
+        // A question after 30 ms, and an answer at most each 50 ms.
+        let limit = Duration::from_millis([40, 70][at]);
+        network.run(limit);
+        let count = network.at(1).snapshot().node_count();
+        assert_eq!(count, 2 * (at + 1), "after {limit:?}");
+    }
+}
+
+/// Each of two changes fits the schema by itself, but not both: a late joiner gets them as one.
+#[test]
+fn a_stranger_that_breaks_the_schema_by_two_changes_keeps_nobody_from_joining() {
+    let mut network = Network::new(1, CALM, 5);
+    let none = Id::new(0, 0);
+    let schema = schema_of(network.at(0));
+    let text = |text: &str| Some(Value::Text(text.into()));
+    let of = Id::new(STRANGER, 2);
+    let early = steps(schema, 0, &[(2, "width", of, none, text("wide"))]);
+    let door = [
+        (0, "door", none, none, None),
+        (2, "name", of, none, text("front")),
+    ];
+    for message in [early, steps(schema, 1, &door)] {
+        network.at(0).receive(network.now, message);
+    }
+    assert_eq!(network.at(0).snapshot().node_count(), 1);
+    let late = network.world(1, Rights::everything());
+    network.worlds.push(Some(late));
+    network.groups.push(0);
+    network.converge(5 * SECOND);
+    network.run(3 * SECOND);
+    let late = network.at(1);
+    assert!(late.has_joined());
+    let now = late.snapshot();
+    let door = now.named("front").next().expect("a door");
+    assert_eq!(now.get(door, "width"), None);
+}
+
+/// A late joiner has seen no number from which the great ones are near.
+#[test]
+fn a_stranger_that_counts_in_great_steps_keeps_nobody_from_joining() {
+    let open = |writer: u64| {
+        let setup = Setup::new("mapper", Schema::anything().into());
+        World::new(setup.with_writer(writer))
+    };
+    let (first, late) = (open(7), open(200));
+    let schema = schema_of(&first);
+    for at in 0..3 {
+        let since = first.status(SECOND).changes;
+        let sequence = at * (1 << 48) + 1;
+        let change = Forged {
+            schema,
+            sender: STRANGER,
+            time: 0,
+            since,
+            upto: sequence,
+            count: (at + 1) << 48,
+            writer: STRANGER,
+            sequence,
+            name: "room",
+        };
+        first.receive(SECOND, change.message());
+    }
+    assert_eq!(first.snapshot().node_count(), 3);
+    for step in 0..400 {
+        let now = Duration::from_millis(10) * step;
+        for (from, to) in [(&first, &late), (&late, &first)] {
+            from.turn(now);
+            while let Some(message) = from.take() {
+                to.receive(now, message);
+            }
+        }
+    }
+    assert!(late.has_joined());
+    assert_eq!(late.snapshot().node_count(), 3);
+    add(&late, "room", "kitchen");
+    assert_eq!(late.snapshot().node_count(), 4);
+}
