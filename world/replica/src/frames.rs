@@ -5,8 +5,8 @@ use property_graph::{Frame, Snapshot, Time};
 use rc_diagnostics::foreign::clean;
 
 /// The transform from the frame of a node to that of another one, as the rows of `[R | t]`, in metres.
-/// It is that of `time`, interpolated between two changes. After the newest change, everything stays
-/// where it is. A schema without a unit of lengths has metres.
+/// It is that of `time`, interpolated between two changes that are at most [`Keep::gap`](property_graph::Keep::gap)
+/// apart. After the newest change, everything stays where it is. A schema without a unit of lengths has metres.
 ///
 /// # Errors
 /// Why it is not known.

@@ -54,9 +54,9 @@ fn a_replica_knows_where_frames_are_in_metres() {
     let setup = Setup::new("mapper", house());
     let world =
         World::new(setup.with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed))));
-    let second = |count: u64| Time::from_nanos(count * 1_000_000_000);
+    let tenth = |count: u64| Time::from_nanos(count * 100_000_000);
     let set = |count: u64, by: [f64; 3], turn: f64| {
-        now.store(count * 1_000_000_000, Ordering::Relaxed);
+        now.store(count * 100_000_000, Ordering::Relaxed);
         let changed = world.change(|edit| {
             let known = edit.snapshot().edges().next().map(|edge| edge.edge_id());
             let edge = if let Some(edge) = known {
@@ -74,35 +74,36 @@ fn a_replica_knows_where_frames_are_in_metres() {
         });
         changed.expect("a sound change");
     };
-    let unknown = transform(&world, "map", "robot", second(0));
+    let unknown = transform(&world, "map", "robot", tenth(0));
     assert_eq!(
         unknown,
         Err("no node of the world has the name `map`".to_owned())
     );
-    set(1, [1000.0, 0.0, 200.0], 0.0);
-    set(2, [3000.0, 0.0, 200.0], std::f64::consts::PI);
-    let near = |time: Time, expected: [f64; 12]| {
-        let found = transform(&world, "map", "robot", time).expect("a transform");
+    set(10, [1000.0, 0.0, 200.0], 0.0);
+    set(20, [3000.0, 0.0, 200.0], std::f64::consts::PI);
+    set(40, [3000.0, 0.0, 400.0], std::f64::consts::PI);
+    let near = |count: u64, expected: [f64; 12]| {
+        let found = transform(&world, "map", "robot", tenth(count)).expect("a transform");
         for (one, other) in found.iter().zip(expected) {
             assert!((one - other).abs() < 1e-12, "{found:?} {expected:?}");
         }
     };
-    near(second(1), [1., 0., 0., 1., 0., 1., 0., 0., 0., 0., 1., 0.2]);
+    near(10, [1., 0., 0., 1., 0., 1., 0., 0., 0., 0., 1., 0.2]);
     // Half way, it has turned by a quarter.
-    let half = Time::from_millis(1500);
-    near(half, [0., -1., 0., 2., 1., 0., 0., 0., 0., 0., 1., 0.2]);
+    near(15, [0., -1., 0., 2., 1., 0., 0., 0., 0., 0., 1., 0.2]);
+    // The next change is more than a second later: until then it stands still.
+    for count in [20, 30, 39] {
+        near(count, [-1., 0., 0., 3., 0., -1., 0., 0., 0., 0., 1., 0.2]);
+    }
     // After the newest change, everything stays where it is.
-    for count in [2, 4, 1000] {
-        near(
-            second(count),
-            [-1., 0., 0., 3., 0., -1., 0., 0., 0., 0., 1., 0.2],
-        );
+    for count in [40, 41, 1000] {
+        near(count, [-1., 0., 0., 3., 0., -1., 0., 0., 0., 0., 1., 0.4]);
     }
     let early = transform(&world, "map", "robot", Time::ZERO);
     assert_eq!(
         early,
         Err("no node of the world has the name `map`".to_owned())
     );
-    let wrong = transform(&world, "map", "\u{1b}[2J", second(3)).expect_err("no such node");
+    let wrong = transform(&world, "map", "\u{1b}[2J", tenth(40)).expect_err("no such node");
     assert!(!wrong.contains('\u{1b}'), "{wrong}");
 }
