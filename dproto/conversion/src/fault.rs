@@ -37,16 +37,18 @@ impl Outside {
 impl fmt::Display for Outside {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [found, least, most] = [self.found, self.least, self.most].map(f64::from_bits);
-        if most >= f64::MAX {
-            // Only covariances require a number without an upper limit.
+        if most >= f64::MAX || (least, most) == (0.0, 0.0) {
+            // Only covariances require a number without an upper limit, and nothing between a constant
+            // and another number.
             f.write_str("its covariance is not symmetric or not positive")
-        } else if least < 1.0 && most > 1.0 {
+        } else if least > 0.0 && least < 1.0 && most > 1.0 {
             // A quaternion, an axis or a matrix that is no rotation.
             write!(
                 f,
                 "its length is {found}, and must be from {least} to {most}"
             )
         } else {
+            // A number of another type, or the last row of a matrix.
             write!(f, "{found} is not from {least} to {most}")
         }
     }
