@@ -68,7 +68,8 @@ impl Connector<'_> {
     ) -> Result<(), TreeProblem> {
         let name = self.name(tree);
         let interface = self.interface(tree);
-        if slot.of_world && slot.role == Role::Publishes {
+        let mut world = component.world.iter();
+        if slot.of_world && world.any(|world| world.name.text == slot.name) {
             return if is_one {
                 Ok(())
             } else {
