@@ -195,11 +195,21 @@ pub(crate) enum NotConverted {
     Places(String),
 }
 
-/// The members with the numbers of a prototype, and so many of its covariance.
-fn members(end: End<'_>, of: &Prototype, spread: usize) -> Result<Vec<String>, NotConverted> {
-    let members = end.prototypes.members(of, spread);
-    let members = members.ok_or_else(|| NotConverted::Places(of.name.clone()))?;
-    Ok(members.into_iter().map(|datum| datum.member).collect())
+/// The members with the numbers of a prototype, so many of its covariance, and those of the covariances
+/// of these parts.
+fn members(
+    end: End<'_>,
+    of: &Prototype,
+    (spread, parts): (usize, &[(String, usize)]),
+) -> Result<Vec<String>, NotConverted> {
+    let unknown = || NotConverted::Places(of.name.clone());
+    let members = end.prototypes.members(of, spread).ok_or_else(unknown)?;
+    let mut members: Vec<String> = members.into_iter().map(|datum| datum.member).collect();
+    for (path, count) in parts {
+        let places = end.prototypes.covariance_of_part(of, path, *count);
+        members.extend(places.ok_or_else(unknown)?);
+    }
+    Ok(members)
 }
 
 /// `right-ahead-up`
@@ -241,20 +251,21 @@ fn meaning(
     let plan = if change.is_some() {
         rc_plans::moving(ends.0, ends.1)
     } else {
-        rc_plans::between(ends.0, ends.1)
+        rc_plans::connecting(ends.0, ends.1)
     };
     let plan = plan.map_err(NotConverted::Refused)?;
     if let Some(function) = plan.program.functions().next() {
         return Err(NotConverted::Function(function.to_owned()));
     }
     let values = sender.prototypes.numbers(from).map_or(0, |of| of.len());
+    let of_parts: usize = plan.parts.iter().map(|(_, count)| count).sum();
     let spread = plan
         .program
         .inputs()
-        .saturating_sub(values + plan.transform);
+        .saturating_sub(values + of_parts + plan.transform);
     let (ours, theirs) = (
-        members(sender, from, spread)?,
-        members(receiver, to, spread)?,
+        members(sender, from, (spread, &plan.parts))?,
+        members(receiver, to, (spread, &plan.parts))?,
     );
     let kinds: BTreeSet<Kind> = plan
         .steps
@@ -264,7 +275,7 @@ fn meaning(
         .collect();
     let code = if kinds.contains(&Kind::Unit) {
         "unit-mismatch"
-    } else if kinds.contains(&Kind::Axes) {
+    } else if kinds.contains(&Kind::Axes) || kinds.contains(&Kind::Sign) {
         "axes-mismatch"
     } else {
         "meaning-mismatch"
@@ -314,10 +325,41 @@ fn meaning(
     // Only numbers of arrays have places that a plan knows.
     let converts = spread > 0 && own.iter().chain(wanted).all(is_array);
     let differ = own.is_some() && wanted.is_some() && own != wanted;
-    if !converts && (differ || !meaning.is_identity && (own.is_some() || wanted.is_some())) {
+    let mut of_parts = covariances_of_parts(sender.prototypes, from, "");
+    of_parts.extend(covariances_of_parts(receiver.prototypes, to, ""));
+    let mut of_parts = of_parts.iter();
+    let is_converted = |path: &str| meaning.plan.parts.iter().any(|(own, _)| own == path);
+    let part_stays = of_parts.any(|(path, of)| !is_array(of) || !is_converted(path));
+    let stays = !converts && (own.is_some() || wanted.is_some()) || part_stays;
+    if !converts && differ || !meaning.is_identity && stays {
         return Err(NotConverted::Covariance);
     }
     Ok(meaning)
+}
+
+/// The covariances of the parts of a composite, with the names of these and of those around them.
+fn covariances_of_parts<'l>(
+    library: &'l Library,
+    of: &'l Prototype,
+    around: &str,
+) -> Vec<(String, &'l Covariance)> {
+    let Content::Parts(parts) = &of.content else {
+        return Vec::new();
+    };
+    let mut out = Vec::new();
+    for part in parts {
+        let path = match around {
+            "" => part.name.clone(),
+            around => format!("{around}.{}", part.name),
+        };
+        let Some(inner) = library.prototype(&part.prototype) else {
+            continue;
+        };
+        let more = covariances_of_parts(library, inner, &path);
+        out.extend(inner.covariance.iter().map(|own| (path.clone(), own)));
+        out.extend(more);
+    }
+    out
 }
 
 fn coordinate(of: &Prototype) -> &str {
@@ -361,6 +403,8 @@ pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
         } => {
             words.push(coordinate.clone());
             words.extend(data.iter().find_map(|datum| datum.unit.clone()));
+            let opposites = data.iter().filter(|datum| datum.is_opposite);
+            words.extend(opposites.map(|datum| format!("{} = -{}", datum.member, datum.symbol)));
         }
         Content::Parts(parts) => {
             let inner = |part: &Part| end.prototypes.prototype(&part.prototype);

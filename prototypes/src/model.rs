@@ -259,6 +259,32 @@ impl Library {
         Some(out)
     }
 
+    /// The places of so many numbers of the covariance of a part, whose names `path` has with dots:
+    /// `Position`. `None` as for [`Self::numbers`], or if there is none.
+    pub fn covariance_of_part(
+        &self,
+        of: &Prototype,
+        path: &str,
+        count: usize,
+    ) -> Option<Vec<String>> {
+        let (mut here, mut place) = (of, String::new());
+        for name in path.split('.') {
+            let Content::Parts(parts) = &here.content else {
+                return None;
+            };
+            let part = parts.iter().find(|part| part.name == name)?;
+            place += part.member.as_ref()?;
+            place.push('.');
+            here = self.prototype(&part.prototype)?;
+        }
+        let member = &here.covariance.as_ref()?.member;
+        Some(
+            (0..count)
+                .map(|at| format!("{place}{member}.{at}"))
+                .collect(),
+        )
+    }
+
     /// The abstract type with this name.
     pub fn algebraic(&self, name: &str) -> Option<&Algebraic> {
         self.algebraics.iter().find(|found| found.name == name)

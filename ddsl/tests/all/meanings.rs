@@ -57,6 +57,27 @@ fn ends_that_mean_the_same_convert() {
 }
 
 #[test]
+fn ends_that_differ_in_a_sign_convert() {
+    let ours = point("m", ROS, "");
+    let theirs = ours.replace("y = y, z = z }", "y = -y, z = z }");
+    check(
+        CLOUD,
+        &ours,
+        &theirs,
+        "",
+        &expect![[r#"
+        n.ddsl:3:11: error[axes-mismatch]: `a.Laser` expects `L::P` as Position (cartesian, m, ahead-left-up), but `b.Laser` sends it as Position (cartesian, m, y = -y, ahead-left-up); the consumer's declaration at Laser.idsl:1:19; the provider's declaration at Laser.idsl:1:19 (they mean the same: `bind a.Laser -> b.Laser { convert; };` converts (signs; 1 operation a value))
+    "#]],
+    );
+    let convert = "bind a.Laser -> b.Laser { convert; };";
+    let made = check(CLOUD, &ours, &theirs, convert, &expect![[""]]);
+    expect![
+        "a.Laser -> b.Laser converts L::P signs; 1 operation a value by 0i:[{3f!i|n@1;=@0&$0&@2}]"
+    ]
+    .assert_eq(&made.join("\n"));
+}
+
+#[test]
 fn other_meanings_are_refused() {
     let convert = "bind a.Laser -> b.Laser { convert; };";
     let ours = point("m", ROS, "");
@@ -173,6 +194,73 @@ fn a_covariance_is_not_left_in_other_axes() {
     );
     let made = check(&cloud, &with(ROS), &with(ROS), "", &expect![[""]]);
     assert_eq!(made, ["a.Laser -> b.Laser"]);
+}
+
+/// The parts of a composite may have covariances of their own.
+#[test]
+fn parts_convert_with_their_covariances() {
+    let idsl = "module L { struct V { double x; double y; double z; double sure[9]; };
+        struct Q { double x; double y; double z; double w; double sure[9]; };
+        struct Pose { V p; Q q; };
+        interface Laser { void push(Pose pose); }; };";
+    let with = |units: &str, axes: &str| {
+        let whole = pose(units, axes, "xyz_rpy");
+        let whole = whole.replace("covariance = { member spread, order = xyz_rpy }", "");
+        let sure = "covariance = { member sure } }";
+        let whole = whole.replace("units = own }", &format!("units = own {sure}"));
+        whole.replace("w = w } }", &format!("w = w }} {sure}"))
+    };
+    let (ours, theirs) = (with("m", ROS), with("mm", LIDAR));
+    let made = converted(idsl, ["subscribesTo", "publishes"], &ours, &theirs);
+    let text = made.rsplit_once(" by ").expect("a plan").1;
+    let plan: rc_conversion::Plan = text.parse().expect("a plan");
+    let program = plan
+        .program(0, rc_conversion::Place::Input)
+        .expect("a program");
+    let position = [1000.0, 2000.0, 3000.0];
+    let first = [1.0, 0.5, 0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0];
+    let turn = [0.6, 0.0, 0.0, 0.8];
+    let second = [4.0, 0.0, 0.25, 0.0, 5.0, 0.0, 0.25, 0.0, 6.0];
+    let numbers = [&position[..], &first, &turn, &second].concat();
+    let mut bytes: Vec<u8> = numbers
+        .iter()
+        .flat_map(|number: &f64| number.to_le_bytes())
+        .collect();
+    assert_eq!(program.run(&mut bytes, 0), Ok(bytes.len()));
+    let places: Vec<usize> = (0..25).map(|at| 8 * at).collect();
+    let found = read(&bytes, &places);
+    // right, ahead, up in mm becomes ahead, left, up in m: x is y, and y is -x.
+    let expected = [
+        &[2.0, -1.0, 3.0][..],
+        &[2e-6, -0.5e-6, 0.0, -0.5e-6, 1e-6, 0.0, 0.0, 0.0, 3e-6],
+        &[0.0, -0.6, 0.0, 0.8],
+        &[5.0, 0.0, 0.0, 0.0, 4.0, -0.25, 0.0, -0.25, 6.0],
+    ];
+    for (one, other) in found.iter().zip(expected.concat()) {
+        assert!((one - other).abs() < 1e-12, "{found:?}");
+    }
+    // One that is not positive is refused.
+    let mut wrong: Vec<u8> = numbers
+        .iter()
+        .flat_map(|number: &f64| number.to_le_bytes())
+        .collect();
+    wrong[8 * 3..8 * 4].copy_from_slice(&(-1.0_f64).to_le_bytes());
+    let fault = program.run(&mut wrong, 0).expect_err("no covariance");
+    assert!(
+        fault.to_string().contains("not symmetric or not positive"),
+        "{fault}"
+    );
+    // At one end only, it would stay as it is.
+    let bare = theirs.replacen("covariance = { member sure }", "", 1);
+    let end = |meanings: &str, role: &str| format!("[{idsl}|||{meanings}]{role} Laser;");
+    let (ours, theirs) = (end(&ours, "subscribesTo"), end(&bare, "publishes"));
+    let binds = "bind a.Laser -> b.Laser { convert; };";
+    let (_, found) = crate::network::connected_flat(&[("a", &ours), ("b", &theirs)], binds);
+    let reason = "the covariance would stay as it is";
+    assert!(
+        found.contains("error[no-conversion]") && found.contains(reason),
+        "{found}"
+    );
 }
 
 #[test]

@@ -18,6 +18,16 @@ pub fn between(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Ref
     Network::new(&library).plan(&from, &to)
 }
 
+/// As [`between`], also with the covariances of parts of composites: see [`Plan::parts`].
+///
+/// # Errors
+/// As [`Network::plan`].
+pub fn connecting(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Refusal> {
+    let library = joined(from.0, to.0);
+    let (from, to) = (mark(SENDER, from.1), mark(RECEIVER, to.1));
+    Network::new(&library).plan_with(&from, &to, true)
+}
+
 /// The plan between prototypes whose frames move. The transform from the frame of the first one to
 /// that of the second one is known when a message comes: its numbers follow those of the first one,
 /// see [`TRANSFORM`](crate::TRANSFORM).

@@ -98,6 +98,8 @@ fn described(shape: &Shape, semantic: &str) -> String {
                     words.push(unit);
                 }
             }
+            let opposites = leaf.values.iter().filter(|value| value.is_opposite);
+            words.extend(opposites.map(|value| format!("{} = -{}", value.member, value.role)));
             words.extend(leaf.axes.map(|axes| axes.to_string().replace(", ", "-")));
             format!("{semantic} ({})", words.join(", "))
         }

@@ -23,7 +23,7 @@ pub(crate) fn convert<'r>(
     notes: &mut Notes,
 ) -> Result<Vec<Term<'r>>, Refusal> {
     if from.opposites() != to.opposites() {
-        notes.kinds.insert(Kind::Axes);
+        notes.kinds.insert(Kind::Sign);
     }
     let out = meanings(from, to, aliases, &from.signed(input), notes)?;
     Ok(to.signed(&out))

@@ -21,7 +21,7 @@ mod shape;
 mod values;
 mod vector;
 
-pub use between::{between, moving};
+pub use between::{between, connecting, moving};
 pub use block::{Block, Number, block};
 pub use loss::{Bound, Loss};
 pub use moving::TRANSFORM;

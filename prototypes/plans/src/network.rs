@@ -3,7 +3,7 @@
 
 mod notes;
 
-use crate::covariance;
+use crate::covariance::{self, Pair};
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::moving::{self, TRANSFORM};
@@ -12,7 +12,7 @@ use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{MOST, Shape, Shapes};
 use crate::values::Notes;
-use notes::{Chain, keeps_axes, numbers, taken_axes};
+use notes::{Chain, keeps_axes, numbers, taken_axes, unconverted};
 use rc_formula::Program;
 use rc_formula::is_reserved;
 use rc_formula::{Recorder, Term};
@@ -110,6 +110,16 @@ impl<'l> Network<'l> {
     /// One of them is unknown, they do not mean the same, or no conversion leads from one to the
     /// other.
     pub fn plan(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
+        self.plan_with(from, to, false)
+    }
+
+    /// As [`Network::plan`], also with the covariances of parts, if `with_parts`.
+    pub(crate) fn plan_with(
+        &self,
+        from: &str,
+        to: &str,
+        with_parts: bool,
+    ) -> Result<Plan, Refusal> {
         let found = self.find(from, to)?;
         let (input, output) = (self.shape(from)?, self.shape(to)?);
         let ends = covariance::Ends {
@@ -117,32 +127,48 @@ impl<'l> Network<'l> {
             to: (output, self.prototype(to)?),
         };
         let [own, wanted] = [ends.from, ends.to].map(|(_, of)| of.covariance.as_ref());
-        let counts = [ends.from, ends.to].map(|(shape, of)| covariance::count(shape, of));
-        let spread = if counts[0] == counts[1] { counts[0] } else { 0 };
+        let find = |name: &str| self.shapes.prototype(name);
+        let mut pairs: Vec<_> = Pair::whole(ends).into_iter().collect();
+        if with_parts {
+            pairs.extend(Pair::of_parts(ends, &find, ("", 0)));
+        }
+        let spread: usize = pairs.iter().map(|pair| pair.count).sum();
         let recorder = Recorder::new(input.len() + spread);
         let inputs = self::inputs(&recorder, input);
+        let meant = input.signed(&inputs);
         let mut terms = self.follow(&recorder, &found, &inputs)?;
         let mut given = inputs.clone();
         let (mut cost, mut notes) = (Cost::default(), Notes::default());
         let mut of_covariance = Notes::default();
-        if spread > 0 {
-            let number = own.and_then(|of| of.number).unwrap_or(Primitive::F64);
-            let places = input.len()..input.len() + spread;
-            let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
+        let mut spreads = Vec::with_capacity(pairs.len());
+        for pair in &pairs {
+            let places = given.len()..given.len() + pair.count;
+            let number = pair.number();
+            let own = places.clone().map(|at| recorder.input(at, number));
+            let own: Vec<Term> = own.collect();
+            let values = meant.get(pair.values.clone()).ok_or(Refusal::NoWay)?;
+            let all = (values, &own[..]);
             terms.extend(covariance::convert(
-                &ends,
-                (&input.signed(&inputs), &own),
+                &pair.ends,
+                all,
                 None,
                 &mut of_covariance,
             )?);
             given.extend(own);
-        } else if own.is_some() || wanted.is_some() {
+            spreads.push(places);
+        }
+        let is_whole = |pair: &Pair<'_, '_>| pair.path.is_empty();
+        let spread = pairs.iter().find(|pair| is_whole(pair));
+        let spread = spread.map_or(0, |pair| pair.count);
+        if spread == 0 && (own.is_some() || wanted.is_some()) {
             of_covariance.lose("the covariance is not converted", Bound::None);
             cost.unbounded += 1;
         }
         if terms != given {
             rotation::require_length(input, &inputs)?;
-            covariance::require_positive(given.get(input.len()..).unwrap_or_default());
+            for places in spreads {
+                covariance::require_positive(given.get(places).unwrap_or_default());
+            }
         }
         let program = recorder.program(&terms);
         let values = recorder.program(terms.get(..output.len()).unwrap_or_default());
@@ -156,11 +182,17 @@ impl<'l> Network<'l> {
             });
             notes.then(edge.notes.clone(), edge.is_scaling);
         }
+        for pair in &pairs {
+            for (_, of) in [pair.ends.from, pair.ends.to] {
+                notes.lost.retain(|loss| loss.what != unconverted(&of.name));
+            }
+        }
         notes.add(of_covariance);
         let own = format!("{from}_to_{to}");
         if program.functions().any(|function| function == own) {
             return Err(Refusal::Function(own));
         }
+        let parts = pairs.into_iter().filter(|pair| !is_whole(pair));
         let plan = Plan {
             from: from.to_owned(),
             steps,
@@ -169,6 +201,7 @@ impl<'l> Network<'l> {
             notes: taken_axes((from, input), (to, output)),
             program,
             transform: 0,
+            parts: parts.map(|pair| (pair.path, pair.count)).collect(),
             input: numbers(ends.from, spread),
             output: numbers(ends.to, spread),
         };
@@ -242,6 +275,7 @@ impl<'l> Network<'l> {
             notes: Vec::new(),
             program,
             transform: TRANSFORM,
+            parts: Vec::new(),
             input: numbers(ends.from, spread),
             output: numbers(ends.to, spread),
         };
@@ -441,10 +475,7 @@ impl<'l> Network<'l> {
             let of = of.ok_or_else(missing)?;
             for name in [&of.prototype, &part.prototype] {
                 if self.prototype(name)?.covariance.is_some() {
-                    notes.lose(
-                        format!("the covariance of `{name}` is not converted"),
-                        Bound::None,
-                    );
+                    notes.lose(unconverted(name), Bound::None);
                 }
             }
             let plan = self.find(&of.prototype, &part.prototype)?;

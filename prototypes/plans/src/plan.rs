@@ -17,6 +17,8 @@ pub enum Kind {
     Alias,
     /// Changes units.
     Unit,
+    /// Takes the opposite of numbers.
+    Sign,
     /// Changes the directions of axes.
     Axes,
     /// Changes coordinates.
@@ -35,6 +37,7 @@ impl fmt::Display for Kind {
             Self::Plain => "plain",
             Self::Alias => "alias",
             Self::Unit => "unit",
+            Self::Sign => "signs",
             Self::Axes => "axes",
             Self::Coordinate => "coordinate",
             Self::Composition => "composition",
@@ -147,6 +150,9 @@ pub struct Plan {
     pub program: Program,
     /// How many numbers of a transform it takes after all others: 0, or [`TRANSFORM`].
     pub transform: usize,
+    /// The parts whose covariances it takes after all other numbers, as [`connecting`](crate::connecting)
+    /// has them: their names with dots, and how many numbers each covariance has.
+    pub parts: Vec<(String, usize)>,
     /// The numbers of both prototypes, for comments in code.
     pub(crate) input: Vec<String>,
     pub(crate) output: Vec<String>,

@@ -74,11 +74,7 @@ impl<'l> Network<'l> {
             };
             for (chain, own) in [(from, one), (to, other)] {
                 if chain.len() > 1 && own.covariance.is_some() && parts.insert(&own.name) {
-                    let name = &own.name;
-                    notes.lose(
-                        format!("the covariance of `{name}` is not converted"),
-                        Bound::None,
-                    );
+                    notes.lose(unconverted(&own.name), Bound::None);
                 }
             }
             let own: Vec<&str> = match &one.content {
@@ -111,6 +107,11 @@ impl<'l> Network<'l> {
         }
         Ok(limit)
     }
+}
+
+/// What is lost of a part with this prototype.
+pub(super) fn unconverted(name: &str) -> String {
+    format!("the covariance of `{name}` is not converted")
 }
 
 /// The numbers of a prototype for comments: its values, then its covariance.
