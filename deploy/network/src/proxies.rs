@@ -1,4 +1,4 @@
-//! What only a network as a whole tells of its proxies: how long each one waits, and where it leads.
+//! Timeouts and routes of proxies. They depend on the connections of the whole network.
 
 use rc_cdsl::model::{Role, Slot};
 use rc_codegen::Project;

@@ -391,13 +391,15 @@ fn rank(word: &str) -> usize {
     known.unwrap_or(Middleware::ALL.len())
 }
 
-/// The machines of components that do not run on this one, as the supervisor knows them.
+/// The machines of components that do not run on this one, as the supervisor knows them, by the name
+/// that a component has in its socket: that of one in a group has no dots there.
 fn hosts(network: &str) -> BTreeMap<String, String> {
     let Ok(status) = connection::status(network) else {
         return BTreeMap::new();
     };
     let components = status.components.into_iter();
-    let remote = components.filter_map(|component| Some((component.name, component.host?)));
+    let remote = components
+        .filter_map(|component| Some((component.name.replace('.', "-"), component.host?)));
     remote.collect()
 }
 
@@ -450,7 +452,7 @@ fn component(directory: &RunDirectory, name: &str, hosts: &BTreeMap<String, Stri
         .map_err(|error| format!("its description cannot be read: {error}"))?;
     let catalog = Catalog::new(&modules).map_err(|error| error.to_string())?;
     Ok(Some(Component {
-        host: hosts.get(&described.name).cloned(),
+        host: hosts.get(name).cloned(),
         name: described.name.clone(),
         described,
         status,
