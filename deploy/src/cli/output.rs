@@ -7,6 +7,7 @@ use rc_diagnostics::print;
 pub(super) use rc_diagnostics::print::{
     data as print_data, findings as print_findings, line as print_line,
 };
+use rustix::event::{PollFd, PollFlags, Timespec};
 use serde::Serialize;
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -118,6 +119,15 @@ fn code_of(result: Result<u8, Failure>) -> u8 {
         print_failure(&message);
     }
     code
+}
+
+/// Whether standard output is a pipe, or a terminal, that nobody reads any more.
+pub(super) fn is_output_closed() -> bool {
+    let output = rustix::stdio::stdout();
+    let mut polled = [PollFd::from_borrowed_fd(output, PollFlags::empty())];
+    let found = rustix::event::poll(&mut polled, Some(&Timespec::default()));
+    let ends = PollFlags::ERR | PollFlags::HUP;
+    found.is_ok() && polled[0].revents().intersects(ends)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::cli::look::look;
 use crate::cli::messages::{interrupts, is_interrupted};
-use crate::cli::output::{Failure, print_note, system};
+use crate::cli::output::{Failure, is_output_closed, print_note, system};
 use graph_language::Schema;
 use rc_diagnostics::foreign::clean;
 use rc_diagnostics::{Format, SourceMap, render};
@@ -266,7 +266,7 @@ impl Listener {
     }
 
     /// Takes the received messages, and asks for missing parts. Returns whether to go on: not after
-    /// Ctrl-C.
+    /// Ctrl-C, nor if the reader of a pipe has gone.
     pub(super) fn turn(&mut self, hear: &mut dyn FnMut(&ReceivedMessage)) -> Result<bool, Failure> {
         self.step(TURN, hear)
     }
@@ -276,7 +276,8 @@ impl Listener {
         longest: Duration,
         hear: &mut dyn FnMut(&ReceivedMessage),
     ) -> Result<bool, Failure> {
-        if is_interrupted(&self.interrupts) {
+        // What nobody reads is not written, so no error would say that the reader has gone.
+        if is_interrupted(&self.interrupts) || is_output_closed() {
             return Ok(false);
         }
         let now = self.begin.elapsed();

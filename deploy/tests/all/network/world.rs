@@ -3,6 +3,8 @@
 use rc_test_site::site::Site;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
+use std::io::Read;
+use std::process::Stdio;
 
 /// The network of `components/networks/home.ddsl`.
 const HOME: &str = include_str!("../../../../components/networks/home.ddsl");
@@ -166,7 +168,7 @@ fn commands_read_change_ask_and_compare_a_world() {
     assert!(has_text("front") && has_text("kitchen"), "{picture}");
     assert!(done("graph", &["--format", "dot"]).starts_with("digraph "));
     let args = ["graph", network, "--live", "--world"];
-    let both = site.rcdeploy(&args, true);
+    let both = site.rcdeploy(&args, false);
     assert_eq!(both.code, 0, "{both:?}");
     let parsed = roxmltree::Document::parse(&both.stdout).expect("a picture");
     let has_text = |text: &str| parsed.descendants().any(|node| node.text() == Some(text));
@@ -174,6 +176,18 @@ fn commands_read_change_ask_and_compare_a_world() {
     let tree = done("tree", &[]);
     let wanted = "    <transform id=\"kitchen\">\n        <transform id=\"front\" tz=\"1200\"/>\n";
     assert!(tree.contains(wanted), "{tree}");
+
+    // Whoever follows the tree ends when its reader has, though nothing changes any more.
+    let mut follows = site.command(&rc_test_site::site::rcdeploy());
+    follows.args(["world", "tree", "--follow", network]);
+    let mut follows = follows.stdout(Stdio::piped()).spawn().expect("a process");
+    let mut first = [0; 1];
+    let mut output = follows.stdout.take().expect("a pipe");
+    output.read_exact(&mut first).expect("a tree");
+    drop(output);
+    Site::until("the follower to end", || {
+        follows.try_wait().expect("a state").is_some()
+    });
 
     let file = site.path("kept.graph").display().to_string();
     let saved = done("save", &[&file]);
@@ -205,7 +219,7 @@ fn commands_read_change_ask_and_compare_a_world() {
     };
     let record = recorded("whole.mcap", "4s", &[]);
     let found = at(&record, &["kitchen.length", "front.width"]);
-    let wanted = "kitchen.length = 6.0\nfront.width = 0.95\n";
+    let wanted = "kitchen.length = 6.0\nfront.width = 0.96\n";
     assert_eq!(found.stdout, wanted, "{found:?}");
     let wrong = at(&record, &["front.widt"]);
     let text = "`door` has no attribute `widt`; did you mean `width`?";
