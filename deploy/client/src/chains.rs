@@ -17,8 +17,11 @@ pub struct ChainsReport {
 /// Joins what was recorded of one chain at several times.
 #[derive(Clone, Debug, Default)]
 pub struct RecordedChain {
+    /// What was counted before the recording, by the supervisor that counts now.
     first: Option<ChainStatus>,
     last: ChainStatus,
+    /// What earlier supervisors have counted during the recording.
+    earlier: ChainStatus,
     traces: VecDeque<Trace>,
     /// The longest of all: the sum, then by component the sum and its parts.
     worst: f64,
@@ -32,6 +35,18 @@ const MOST_RECORDED: usize = 1 << 20;
 impl RecordedChain {
     /// Adds what was recorded next.
     pub fn add(&mut self, mut status: ChainStatus) {
+        let path = |status: &ChainStatus| {
+            let hops = status.hops.iter();
+            let names = hops.map(|hop| (hop.component.clone(), hop.receives.clone()));
+            names.collect::<Vec<_>>()
+        };
+        if self.first.is_some() && path(&status) != path(&self.last) {
+            // The network was changed: what was before is another chain.
+            *self = Self {
+                first: Some(none_counted(&status)),
+                ..Self::default()
+            };
+        }
         for trace in std::mem::take(&mut status.traces) {
             if trace.hops.len() != status.hops.len() {
                 continue;
@@ -50,55 +65,89 @@ impl RecordedChain {
         }
         // What was counted before the recording began is not in it. A supervisor that was started
         // anew counts from zero.
-        let first = self.first.get_or_insert_with(|| status.clone());
-        if status.begun < first.begun {
-            *first = ChainStatus {
-                hops: vec![HopStatus::default(); status.hops.len()],
-                ..ChainStatus::default()
-            };
+        self.first.get_or_insert_with(|| status.clone());
+        if status.begun < self.last.begun || status.complete < self.last.complete {
+            self.earlier = self.counted();
+            self.first = Some(none_counted(&status));
         }
         self.last = status;
     }
 
+    /// What was counted during the recording.
+    fn counted(&self) -> ChainStatus {
+        let none = ChainStatus::default();
+        let first = self.first.as_ref().unwrap_or(&none);
+        let now = combined(&self.last, first, u64::saturating_sub);
+        let all = combined(&now, &self.earlier, u64::saturating_add);
+        let oldest = self.last.oldest_ms;
+        let oldest = oldest.filter(|_| oldest > first.oldest_ms);
+        ChainStatus {
+            oldest_ms: match (oldest, self.earlier.oldest_ms) {
+                (Some(one), Some(other)) => Some(one.max(other)),
+                (one, other) => one.or(other),
+            },
+            ..all
+        }
+    }
+
     /// What happened to the chain during the recording.
     pub fn finish(self) -> ChainStatus {
+        let counted = self.counted();
         let Self {
-            first,
-            last,
             traces,
             worst,
             worst_hops,
+            ..
         } = self;
-        let first = first.unwrap_or_default();
         let times = |worst: f64, of: &dyn Fn(&Trace) -> f64| times(&traces, worst, of);
-        let hops = last.hops.iter().enumerate().map(|(at, hop)| {
+        let hops = counted.hops.iter().enumerate().map(|(at, hop)| {
             let worst = worst_hops.get(at).copied().unwrap_or_default();
             let of = |which: usize| times(worst[which], &|t| all_of(&t.hops[at])[which]);
-            let before = first.hops.get(at).cloned().unwrap_or_default();
             HopStatus {
                 times: of(0),
                 way: of(1),
                 period: of(2),
                 work: of(3),
-                lost: hop.lost.saturating_sub(before.lost),
-                replaced: hop.replaced.saturating_sub(before.replaced),
-                ended: hop.ended.saturating_sub(before.ended),
-                swapped: hop.swapped.saturating_sub(before.swapped),
-                restarts: hop.restarts.saturating_sub(before.restarts),
                 ..hop.clone()
             }
         });
         ChainStatus {
             hops: hops.collect(),
             times: times(worst, &Trace::total_ms),
-            begun: last.begun.saturating_sub(first.begun),
-            complete: last.complete.saturating_sub(first.complete),
-            late: last.late.saturating_sub(first.late),
-            old: last.old.saturating_sub(first.old),
-            oldest_ms: last.oldest_ms.filter(|_| last.oldest_ms > first.oldest_ms),
             traces: traces.into(),
-            ..last
+            ..counted
         }
+    }
+}
+
+/// A chain of which nothing was counted yet.
+fn none_counted(status: &ChainStatus) -> ChainStatus {
+    ChainStatus {
+        hops: vec![HopStatus::default(); status.hops.len()],
+        ..ChainStatus::default()
+    }
+}
+
+/// `one`, whose counts are combined with those of `other`.
+fn combined(one: &ChainStatus, other: &ChainStatus, count: fn(u64, u64) -> u64) -> ChainStatus {
+    let hops = one.hops.iter().enumerate().map(|(at, hop)| {
+        let before = other.hops.get(at).cloned().unwrap_or_default();
+        HopStatus {
+            lost: count(hop.lost, before.lost),
+            replaced: count(hop.replaced, before.replaced),
+            ended: count(hop.ended, before.ended),
+            swapped: count(hop.swapped, before.swapped),
+            restarts: count(hop.restarts, before.restarts),
+            ..hop.clone()
+        }
+    });
+    ChainStatus {
+        hops: hops.collect(),
+        begun: count(one.begun, other.begun),
+        complete: count(one.complete, other.complete),
+        late: count(one.late, other.late),
+        old: count(one.old, other.old),
+        ..one.clone()
     }
 }
 
@@ -288,10 +337,22 @@ mod tests {
         assert_eq!((times.p50_ms, times.worst_ms), (3.0, 5.0));
         assert_eq!(chain.hops[0].way.expect("a way").worst_ms, 4.0);
         assert_eq!(chain.hops[0].work.expect("work").p50_ms, 1.0);
-        // The supervisor was started anew.
+        // The supervisor was started anew: it counts from zero.
         recorded.add(status(2, 1, 0, &[9.0, 9.0]));
+        let chain = recorded.clone().finish();
+        assert_eq!((chain.begun, chain.late, chain.hops[0].lost), (5, 2, 2));
+        assert_eq!(chain.traces.len(), 5);
+        // Again, with more than at the begin of the recording.
+        recorded.add(status(2000, 1, 1, &[]));
+        recorded.add(status(1500, 0, 0, &[]));
+        let chain = recorded.clone().finish();
+        assert_eq!((chain.begun, chain.late, chain.hops[0].lost), (3503, 2, 3));
+        // The network was changed: the chain has other components.
+        let mut other = status(1, 0, 0, &[]);
+        other.hops.push(HopStatus::default());
+        recorded.add(other);
         let chain = recorded.finish();
-        assert_eq!((chain.begun, chain.late, chain.hops[0].lost), (2, 1, 0));
+        assert_eq!((chain.begun, chain.hops.len(), chain.times), (1, 2, None));
         // A message with other hops than the chain is no message of it.
         let mut strange = RecordedChain::default();
         let mut other = status(1, 0, 0, &[1.0]);

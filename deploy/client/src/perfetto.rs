@@ -5,94 +5,112 @@
 //! way of each message through its chain. Times are microseconds.
 
 use crate::chains::ChainsReport;
+use rc_management::chains::{ChainStatus, Trace};
 use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
 
 /// The process that holds the chains.
 const CHAINS: usize = 1;
 /// The process that holds the components; each is a thread of it.
 const COMPONENTS: usize = 2;
 
-/// The trace events of a report with messages.
+/// Writes the trace events of a report with messages, one on each line.
 ///
 /// Each component is a track with its work. Arrows are messages. Each chain is a track with its
 /// messages from begin to end, and in them the way, the wait for `compute()` and the work at each
 /// component.
-pub fn trace_events(report: &ChainsReport) -> Json {
-    let mut events = vec![
-        name(
-            "process_name",
-            CHAINS,
-            0,
-            &format!("chains of {}", report.network),
-        ),
-        name(
-            "process_name",
-            COMPONENTS,
-            0,
-            &format!("components of {}", report.network),
-        ),
-    ];
-    let mut components: Vec<&str> = Vec::new();
-    let mut messages = 0_usize;
-    for (number, chain) in report.chains.iter().enumerate() {
-        events.push(name("thread_name", CHAINS, number, &chain.name));
-        for trace in &chain.traces {
-            messages += 1;
-            let span = |phase: &str, text: &str, at: f64| {
-                json!({
-                    "ph": phase, "cat": chain.name, "id": messages, "name": text, "ts": at,
-                    "pid": CHAINS, "tid": number,
-                })
-            };
-            let mut at = trace.began_us as f64;
-            let mut whole = span("b", &chain.name, at);
-            whole["args"] = json!({ "total_ms": trace.total_ms(), "late": trace.late });
-            events.push(whole);
-            for (step, (hop, parts)) in chain.hops.iter().zip(&trace.hops).enumerate() {
-                let component = &hop.component;
-                let known = components.iter().position(|known| known == component);
-                let thread = known.unwrap_or_else(|| {
-                    components.push(component);
-                    components.len() - 1
-                });
-                let [way, period, work] = parts.map(|ms| ms * 1e3);
-                let arrow = |phase: &str, thread: usize, at: f64| {
-                    json!({
-                        "ph": phase, "bp": "e", "cat": "message", "id": format!("{messages}.{step}"),
-                        "name": hop.receives, "ts": at, "pid": COMPONENTS, "tid": thread,
-                    })
-                };
-                if let Some(before) = step.checked_sub(1).and_then(|at| chain.hops.get(at)) {
-                    let from = components
-                        .iter()
-                        .position(|known| *known == before.component);
-                    events.push(arrow("s", from.unwrap_or(thread), at));
-                    events.push(arrow("f", thread, at + way + period));
-                }
-                let parts = [
-                    (format!("to {component}"), way),
-                    (format!("until compute of {component}"), period),
-                    (format!("{component} works"), work),
-                ];
-                for (text, length) in parts {
-                    if length > 0.0 {
-                        events.push(span("b", &text, at));
-                        events.push(span("e", &text, at + length));
-                    }
-                    at += length;
-                }
-                events.push(json!({
-                    "ph": "X", "cat": "work", "name": hop.receives, "ts": at - work, "dur": work,
-                    "pid": COMPONENTS, "tid": thread, "args": { "chain": chain.name, "late": trace.late },
-                }));
-            }
-            events.push(span("e", &chain.name, at));
+///
+/// # Errors
+/// That of `out`.
+pub fn write_trace_events(report: &ChainsReport, out: &mut dyn Write) -> io::Result<()> {
+    let mut tracks: BTreeMap<&str, usize> = BTreeMap::new();
+    for hop in report.chains.iter().flat_map(|chain| &chain.hops) {
+        let next = tracks.len();
+        tracks.entry(&hop.component).or_insert(next);
+    }
+    out.write_all(b"{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n")?;
+    let processes = [(CHAINS, "chains"), (COMPONENTS, "components")];
+    for (process, what) in processes {
+        let text = format!("{what} of {}", report.network);
+        let event = name("process_name", process, 0, &text);
+        // All others follow a comma.
+        if process == CHAINS {
+            write!(out, "{event}")?;
+        } else {
+            put(out, &event)?;
         }
     }
-    for (thread, component) in components.iter().enumerate() {
-        events.push(name("thread_name", COMPONENTS, thread, component));
+    for (component, track) in &tracks {
+        put(out, &name("thread_name", COMPONENTS, *track, component))?;
     }
-    json!({ "displayTimeUnit": "ms", "traceEvents": events })
+    let mut messages = 0;
+    for (number, chain) in report.chains.iter().enumerate() {
+        put(out, &name("thread_name", CHAINS, number, &chain.name))?;
+        for trace in &chain.traces {
+            messages += 1;
+            write_message(chain, trace, (number, messages), &tracks, out)?;
+        }
+    }
+    out.write_all(b"\n]}\n")
+}
+
+fn put(out: &mut dyn Write, event: &Json) -> io::Result<()> {
+    write!(out, ",\n{event}")
+}
+
+/// Writes the events of a message. `number` and `id` are those of its chain and its own.
+fn write_message(
+    chain: &ChainStatus,
+    trace: &Trace,
+    (number, id): (usize, u64),
+    tracks: &BTreeMap<&str, usize>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let span = |phase: &str, text: &str, at: f64| {
+        json!({
+            "ph": phase, "cat": chain.name, "id": id, "name": text, "ts": at,
+            "pid": CHAINS, "tid": number,
+        })
+    };
+    let mut at = trace.began_us as f64;
+    let mut whole = span("b", &chain.name, at);
+    whole["args"] = json!({ "total_ms": trace.total_ms(), "late": trace.late });
+    put(out, &whole)?;
+    let mut before = None;
+    for (step, (hop, parts)) in chain.hops.iter().zip(&trace.hops).enumerate() {
+        let component = hop.component.as_str();
+        let track = tracks.get(component).copied().unwrap_or_default();
+        let [way, period, work] = parts.map(|ms| ms * 1e3);
+        let arrow = |phase: &str, track: usize, at: f64| {
+            json!({
+                "ph": phase, "bp": "e", "cat": "message", "id": format!("{id}.{step}"),
+                "name": hop.receives, "ts": at, "pid": COMPONENTS, "tid": track,
+            })
+        };
+        if let Some(before) = before.replace(track) {
+            put(out, &arrow("s", before, at))?;
+            put(out, &arrow("f", track, at + way + period))?;
+        }
+        let parts = [
+            (format!("to {component}"), way),
+            (format!("until compute of {component}"), period),
+            (format!("{component} works"), work),
+        ];
+        for (text, length) in parts {
+            if length > 0.0 {
+                put(out, &span("b", &text, at))?;
+                put(out, &span("e", &text, at + length))?;
+            }
+            at += length;
+        }
+        let work = json!({
+            "ph": "X", "cat": "work", "name": hop.receives, "ts": at - work, "dur": work,
+            "pid": COMPONENTS, "tid": track, "args": { "chain": chain.name, "late": trace.late },
+        });
+        put(out, &work)?;
+    }
+    put(out, &span("e", &chain.name, at))
 }
 
 /// The name of a process or a thread.
@@ -103,7 +121,7 @@ fn name(what: &str, process: usize, thread: usize, text: &str) -> Json {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rc_management::chains::{ChainStatus, HopStatus, Trace};
+    use rc_management::chains::HopStatus;
 
     #[test]
     fn each_part_begins_where_the_one_before_ends() {
@@ -125,7 +143,9 @@ mod tests {
                 ..ChainStatus::default()
             }],
         };
-        let events = trace_events(&report);
+        let mut text = Vec::new();
+        write_trace_events(&report, &mut text).expect("memory");
+        let events: Json = serde_json::from_slice(&text).expect("JSON");
         let events = events["traceEvents"].as_array().expect("events");
         let work = |component: usize| {
             let mut all = events.iter();

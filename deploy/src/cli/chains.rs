@@ -7,7 +7,7 @@ use super::networks::running;
 use super::output::{Failure, print_note, show};
 use clap::Args;
 use rc_command_line::{files, words};
-use rc_deploy_client::perfetto::trace_events;
+use rc_deploy_client::perfetto::write_trace_events;
 use rc_deploy_client::{Format, connection};
 use std::path::PathBuf;
 
@@ -44,9 +44,9 @@ pub(super) fn chains(options: Chains) -> Result<u8, Failure> {
         (connection::chains(&running(network)?, known)?, 0)
     };
     if let Some(path) = &perfetto {
-        let text = trace_events(&report).to_string();
         let failed = |error| Failure(3, format!("{}: {error}", path.display()));
-        rc_files::write(path, text).map_err(failed)?;
+        let written = rc_files::write_with(path, |out| write_trace_events(&report, out));
+        written.map_err(failed)?;
         let count: usize = report.chains.iter().map(|chain| chain.traces.len()).sum();
         let path = path.display();
         print_note(&format_args!(

@@ -7,7 +7,7 @@ mod output;
 
 pub use disk::{Disk, DiskChange};
 pub use missing::nearest_path;
-pub use output::write;
+pub use output::{write, write_with};
 pub mod unsaved;
 
 use rustix::fs::{FlockOperation, Gid, OFlags, Uid, fchown, flock};

@@ -23,8 +23,9 @@ const ROUND: Duration = Duration::from_millis(250);
 const LIMIT: Duration = Duration::from_secs(1);
 /// Rounds before a component that did not answer is asked again.
 const PAUSE: u32 = 2;
-/// The most messages in one answer to a tool, of all chains.
-const MOST_TRACES: usize = 8192;
+/// The most times in one answer to a tool, three for each component that a message passes: about
+/// half of what an answer may have.
+const MOST_TIMES: usize = 3 << 16;
 
 /// The part of a pair in a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -415,7 +416,7 @@ impl Collector {
     /// The measurements of all chains. With `known`, also the messages that came to the end: for
     /// each chain, those after the first `known` ones, but no more than the newest.
     pub(super) fn status(&self, known: Option<&[u64]>) -> Chains {
-        let most = MOST_TRACES / self.joiners.len().max(1);
+        let most = MOST_TIMES / self.joiners.len().max(1);
         let wall_clock = unix_time() - signed(now());
         let chains =
             self.joiners
@@ -452,7 +453,8 @@ impl Collector {
                     let status = joiner.status(coverage.fold(1.0, f64::min), missing);
                     let traces = known.map(|known| {
                         let known = known.get(number).copied().unwrap_or(0);
-                        joiner.measured.traces(known, most, wall_clock)
+                        let times = 3 * (1 + places.hops.len());
+                        joiner.measured.traces(known, most / times, wall_clock)
                     });
                     ChainStatus {
                         traces: traces.unwrap_or_default(),
