@@ -38,6 +38,19 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         }
         seen.push((&slot.name, field));
     }
+    let mut handlers: Vec<(&str, String)> = Vec::new();
+    for collect in &component.collects {
+        let (name, method) = (&collect.name, names::method(&collect.name.text));
+        if let Some((other, _)) = handlers.iter().find(|(_, other)| *other == method) {
+            let message = format!(
+                "collections `{other}` and `{}` are both `{method}` in Rust",
+                name.text
+            );
+            let error = Diagnostic::error("name-collision", name.span, message);
+            found.push(error.help("write another name after `as`"));
+        }
+        handlers.push((&name.text, method));
+    }
     let robots = component.kinematics.iter().map(|(_, name)| (name, "robot"));
     let world = component.world.iter().map(|world| (&world.name, "world"));
     for (robot, what) in robots.chain(world) {

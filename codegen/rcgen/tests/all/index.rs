@@ -124,6 +124,20 @@ fn what_has_changed_is_told_and_what_breaks_fails() {
 }
 
 #[test]
+fn files_that_are_moved_change_nothing() {
+    let folder = folder();
+    let path = folder.path();
+    // Two definitions of one interface, the one of which moves behind the other.
+    let other = IDSL.replace("float x", "double x");
+    write(path, "a/Grip.idsl", &other);
+    write(path, "b/Grip.idsl", IDSL);
+    assert_eq!(rcgen(path, &["index", "a", "b", "-o", "before.json"]).0, 0);
+    std::fs::rename(path.join("a"), path.join("c")).expect("to move");
+    let since = ["index", "b", "c", "--since", "before.json"];
+    assert_eq!(rcgen(path, &since), (0, String::new(), String::new()));
+}
+
+#[test]
 fn a_thousand_components_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();

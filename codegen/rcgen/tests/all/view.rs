@@ -426,6 +426,14 @@ fn a_data_sheet_says_all_of_a_component() {
         html.contains("<td><code>force</code></td><td>float</td>"),
         "{html}"
     );
+    let cdsl = folder.path().join("hand.cdsl");
+    let links = "/// [one](javascript:alert(1)) [two](https://a.org/b) [three](b.md)\nComponent";
+    std::fs::write(&cdsl, SHEET.replace("Component", links)).expect("a file");
+    let linked = succeeds(folder.path(), &["datasheet", "hand.cdsl", "--to", "html"]);
+    for link in ["\"#\">one", "\"https://a.org/b\">two", "\"b.md\">three"] {
+        assert!(linked.contains(link), "{linked}");
+    }
+    std::fs::write(&cdsl, SHEET).expect("a file");
     succeeds(
         folder.path(),
         &["datasheet", "hand.cdsl", "-o", "hand.json"],

@@ -3,7 +3,7 @@
 use crate::command_line::{Common, SheetForm};
 use crate::component::described;
 use crate::reports::{Failure, print, system};
-use pulldown_cmark::{Event, Options, Parser, html};
+use pulldown_cmark::{Event, Options, Parser, Tag, html};
 use rc_cdsl::model::Middleware;
 use rc_codegen::generate;
 use std::path::Path;
@@ -42,10 +42,32 @@ pub(crate) fn print_sheet(
     written.map_err(|error| system(format!("{}: {error}", path.display())))
 }
 
+/// Whether a link is one to a page: others, such as `javascript:`, run something.
+fn leads_to_page(link: &str) -> bool {
+    match link.split_once(':') {
+        Some((scheme, _)) => {
+            let known = ["http", "https", "mailto"];
+            known.iter().any(|one| scheme.eq_ignore_ascii_case(one))
+        }
+        None => true,
+    }
+}
+
 /// A page of Markdown as HTML. What descriptions say is text: markup in it is shown, not obeyed.
 fn page(markdown: &str) -> String {
-    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES).map(|event| match event {
+    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES).map(|mut event| match event {
         Event::Html(text) | Event::InlineHtml(text) => Event::Text(text),
+        Event::Start(
+            Tag::Link {
+                ref mut dest_url, ..
+            }
+            | Tag::Image {
+                ref mut dest_url, ..
+            },
+        ) if !leads_to_page(dest_url) => {
+            *dest_url = "#".into();
+            event
+        }
         other => other,
     });
     let mut body = String::new();
