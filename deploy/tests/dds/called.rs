@@ -103,13 +103,13 @@ fn calls_and_exceptions_are_converted_between_two_middlewares() {
     let slot = site.ask("range_client_Ranger_adaptor", "status")["slots"][0].clone();
     assert!(slot["converted"]["messages"].as_u64() > Some(2), "{slot}");
     assert!(slot["converted"]["bad_values"].as_u64() > Some(0), "{slot}");
-    // The status of the network names the slot, whose value it is and what is wrong.
+    // The status of the network names the slot, where the value goes and what is wrong.
     Site::until("the trouble", || {
         let status = site.rcdeploy(&["status", &site.network], false).stdout;
         let mut lines = status.lines();
         lines.any(|line| {
             line.contains("bad-value: slot provider refused ")
-                && line.contains(" of its own: the number at byte ")
+                && line.contains(" to `range_server.Ranger`: the number at byte ")
                 && line.ends_with("does not fit its type in the unit of the receiver")
         })
     });

@@ -79,10 +79,13 @@ impl ConversionCounts {
             }
             Err(refused) => refused,
         };
-        let named = match (whose, &self.0.provider) {
-            (Whose::Own, _) => format!("of its own: {refused}"),
-            (Whose::Provider, Some(provider)) => format!("from `{provider}`: {refused}"),
-            (Whose::Provider, None) => format!("from its provider: {refused}"),
+        let way = match whose {
+            Whose::Own => "to",
+            Whose::Provider => "from",
+        };
+        let named = match &self.0.provider {
+            Some(provider) => format!("{way} `{provider}`: {refused}"),
+            None => format!("{way} its provider: {refused}"),
         };
         match refused {
             Refused::Fault(_) => {
