@@ -7,7 +7,7 @@ use graph_language::Schema;
 use rc_cdsl::model::{Access, World as Clause, Write};
 use rc_codegen::Project;
 use rc_ddsl::Endpoint;
-use rc_ddsl::model::{Deployment, Instance, World};
+use rc_ddsl::model::{Deployment, Instance, InstanceOrGroup, SlotPath, World};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, nearest};
 use rc_syntax::{Loader, Name};
 use std::collections::BTreeSet;
@@ -110,11 +110,15 @@ pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
         if tree != clause.name.text || schema.is_none_or(|schema| schema.has_transforms()) {
             continue;
         }
-        let mut named = network
-            .deployment
-            .binds
-            .iter()
-            .flat_map(|bind| &bind.frames);
+        let own = network.slot(end).map(|slot| slot.name.as_str());
+        let binds = network.deployment.binds.iter().filter(|bind| {
+            let SlotPath { place, slot, .. } = &bind.consumer;
+            // A group exports a slot by its name.
+            let is_instance =
+                !matches!(place, InstanceOrGroup::Instance(at) if *at != end.instance);
+            is_instance && own == slot.text.split('.').next()
+        });
+        let mut named = binds.flat_map(|bind| &bind.frames);
         let named = named.find(|name| name.text == tree);
         let instance = &network.deployment.instances[end.instance];
         let span = named.map_or(instance.name.span, |name| name.span);
