@@ -84,6 +84,8 @@ pub(super) struct SlotName {
     /// `Module::Name`
     pub(super) interface: String,
     pub(super) is_array: bool,
+    /// Whether it is a topic of the shared world, which no connection names.
+    pub(super) of_world: bool,
 }
 
 /// A slot of a component or of a group, by the path of the latter.
@@ -434,6 +436,7 @@ impl Collector<'_> {
             role: slot.role,
             interface: library.interface_path(slot.interface),
             is_array: slot.is_array,
+            of_world: slot.of_world,
         });
     }
 

@@ -113,7 +113,8 @@ impl Completion<'_> {
             .files
             .readable(cdsl)
             .map_or(&[][..], |names| &names.slots);
-        let slots = slots.iter().filter(|slot| slot.is_array || !arrays);
+        let slots = slots.iter().filter(|slot| !slot.of_world);
+        let slots = slots.filter(|slot| slot.is_array || !arrays);
         slots
             .map(|slot| {
                 let detail = format!("{} {}", slot.role.word(), slot.interface);
@@ -123,6 +124,16 @@ impl Completion<'_> {
                 }
             })
             .collect()
+    }
+
+    /// The shared world of a component, by its name: that of the first of its topics.
+    fn world_of(&self, cdsl: &Path) -> Option<Item> {
+        let mut slots = self.files.readable(cdsl)?.slots.iter();
+        let world = slots.find(|slot| slot.of_world)?;
+        Some(Item {
+            detail: "world".to_owned(),
+            ..Item::new(FUNCTION, world.name.as_str(), "")
+        })
     }
 
     /// The parameters of a component by their paths.
@@ -279,7 +290,7 @@ fn bound(
     Vec::new()
 }
 
-/// The slots of the consumer of the connection around the cursor that take something.
+/// The slots of the consumer of the connection around the cursor that take something, and its world.
 fn frames(
     completion: &Completion<'_>,
     target: &Target<'_>,
@@ -303,18 +314,19 @@ fn frames(
         let instances: Vec<_> = instances
             .filter(|(known, _)| *known == place || known.starts_with(&inside))
             .collect();
-        let slots = instances
-            .iter()
-            .map(|(_, cdsl)| completion.slots_of(cdsl, false));
         let is_single = instances.len() == 1;
-        let mut items: Vec<Item> = slots
-            .filter(|items| is_single || items.iter().any(|item| item.label == slot))
-            .flatten()
-            .filter(|item| {
+        let mut items = Vec::new();
+        for (_, cdsl) in &instances {
+            let slots = completion.slots_of(cdsl, false);
+            if !is_single && !slots.iter().any(|item| item.label == slot) {
+                continue;
+            }
+            items.extend(slots.into_iter().filter(|item| {
                 let role = item.detail.split(' ').next().and_then(Role::from_file);
                 role.is_some_and(|role| !role.is_provided())
-            })
-            .collect();
+            }));
+            items.extend(completion.world_of(cdsl));
+        }
         if !instances.is_empty() {
             items.dedup_by(|one, other| one.label == other.label);
             return items;
