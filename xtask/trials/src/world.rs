@@ -19,5 +19,12 @@ pub(crate) fn soak() -> Result<(), Failure> {
     let words = "test -p rc-deploy --test dds world::twenty -- --ignored --nocapture";
     let words: Vec<&str> = words.split(' ').collect();
     print!("{}", output(cargo(&words)?, LIMIT)?);
+    let words = "test -p rc-world --test all dsr_ -- --nocapture";
+    let words: Vec<&str> = words.split(' ').collect();
+    let mut rounds = cargo(&words)?;
+    rounds
+        .env("RC_WORLD_ROUNDS", "1000")
+        .env("RC_WORLD_SCRIPT", "3000");
+    print!("{}", output(rounds, LIMIT)?);
     Ok(())
 }

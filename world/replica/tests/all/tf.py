@@ -12,11 +12,19 @@ with open(sys.argv[1]) as file:
     told = json.load(file)
 
 
+def moved(poses):
+    """The times of a frame, its poses and their rotations."""
+    times, poses = zip(*poses, strict=True)
+    return times, poses, Rotation.from_euler("XYZ", [pose[3:] for pose in poses])
+
+
+frames = {name: moved(poses) for name, poses in told["poses"].items()}
+
+
 def in_parent(frame, time):
     """The homogeneous matrix of a frame in its parent."""
-    times, poses = zip(*told["poses"][frame], strict=True)
+    times, poses, turns = frames[frame]
     after = bisect.bisect_right(times, time)
-    turns = Rotation.from_euler("XYZ", [pose[3:] for pose in poses])
     matrix = numpy.eye(4)
     if after == len(times):
         matrix[:3, :3] = turns[after - 1].as_matrix()

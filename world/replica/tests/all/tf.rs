@@ -239,6 +239,7 @@ fn reads_of_the_past_are_those_of_tf2() {
             continue;
         }
         answered += 1;
+        assert_eq!(line.split(' ').count(), cells.len(), "{line}");
         let numbers = line.split(' ').map(str::parse::<f64>);
         for (found, expected) in numbers.zip(cells) {
             let apart = (found.expect("a number") - expected).abs();
