@@ -4,6 +4,7 @@ mod arguments;
 mod at;
 mod diff;
 mod elements;
+mod follow;
 mod graph;
 mod query;
 mod replica;

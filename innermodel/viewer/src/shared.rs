@@ -10,6 +10,7 @@ use std::io::{BufRead, BufReader, Lines};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The program that tells trees, which ends with this one.
 struct Teller(Child);
@@ -48,7 +49,10 @@ impl Trees {
 /// Shows the world in a window, or draws it into a file.
 pub(crate) fn show(network: Option<&OsStr>, request: &Request) -> Result<(), Failure> {
     let mut command = Command::new(crate::live::rcdeploy());
-    command.args(["world", "tree", "--follow"]).args(network);
+    command.args(["world", "tree", "--follow"]);
+    if let Some(network) = network {
+        command.arg("--").arg(network);
+    }
     // What `rcdeploy` says about errors is for the user.
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let child = command.spawn().map_err(|error| {
@@ -57,16 +61,25 @@ pub(crate) fn show(network: Option<&OsStr>, request: &Request) -> Result<(), Fai
         ))
     })?;
     let mut teller = Teller(child);
-    let none = || Failure::System("there is no world to show".to_owned());
-    let output = teller.0.stdout.take().ok_or_else(none)?;
+    let output = teller.0.stdout.take();
+    let output = output.ok_or_else(|| Failure::System("`rcdeploy` has no output".to_owned()))?;
     let mut trees = Trees {
         lines: BufReader::new(output).lines(),
         folders: Folders::new(request.include.iter().cloned()),
     };
-    let first = trees.next().ok_or_else(none)??;
+    let Some(first) = trees.next() else {
+        let text = "there is no world to show".to_owned();
+        let code = teller.0.wait().ok().and_then(|status| status.code());
+        return Err(match code {
+            Some(1 | 2) => Failure::Input(text),
+            _ => Failure::System(text),
+        });
+    };
     let model = Arc::new(InnerModel::new());
-    model.restore(Time::ZERO, &first);
+    model.restore(Time::ZERO, &first?);
     let followed = Arc::clone(&model);
+    let is_closed = Arc::new(AtomicBool::new(false));
+    let closed = Arc::clone(&is_closed);
     if request.png.is_none() {
         // It ends with the teller.
         std::thread::spawn(move || {
@@ -76,8 +89,13 @@ pub(crate) fn show(network: Option<&OsStr>, request: &Request) -> Result<(), Fai
                     Err(failure) => print::error(format_args!("rcview: {}", failure.text())),
                 }
             }
+            if !closed.load(Ordering::Relaxed) {
+                print::error(format_args!("rcview: the world is followed no more"));
+            }
         });
     }
     let title = network.map_or_else(|| "world".into(), |name| clean(&name.to_string_lossy()));
-    crate::show(&model, request, &title)
+    let shown = crate::show(&model, request, &title);
+    is_closed.store(true, Ordering::Relaxed);
+    shown
 }

@@ -30,7 +30,7 @@ const SPREADING: Duration = Duration::from_secs(5);
 /// After so long without all replicas, a change is sent again: it may have been lost.
 const AGAIN: Duration = Duration::from_millis(1500);
 /// The longest wait.
-const TURN: Duration = Duration::from_millis(20);
+pub(super) const TURN: Duration = Duration::from_millis(20);
 
 /// A message as it arrived.
 pub(super) struct ReceivedMessage {
@@ -276,8 +276,7 @@ impl Listener {
         longest: Duration,
         hear: &mut dyn FnMut(&ReceivedMessage),
     ) -> Result<bool, Failure> {
-        // What nobody reads is not written, so no error would say that the reader has gone.
-        if is_interrupted(&self.interrupts) || is_output_closed() {
+        if self.is_interrupted() {
             return Ok(false);
         }
         let now = self.begin.elapsed();
@@ -372,6 +371,12 @@ impl Listener {
             sender.send_body(&body)?;
         }
         Ok(())
+    }
+
+    /// Whether Ctrl-C has come, or the reader of the output has gone.
+    pub(super) fn is_interrupted(&self) -> bool {
+        // What nobody reads is not written, so no error would say that the reader has gone.
+        is_interrupted(&self.interrupts) || is_output_closed()
     }
 
     /// Waits until all replicas that take part have a change. `None` at Ctrl-C.

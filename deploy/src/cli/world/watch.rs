@@ -1,7 +1,7 @@
 //! `rcdeploy world watch`: what changes in a world.
 
 use super::elements::{document, json_of, kind, shown, text, word};
-use super::replica::Listener;
+use super::follow::{Follower, Turn};
 use crate::cli::output::{Failure, print_json, print_line};
 use graph_language::Schema;
 use rc_deploy_client::Format;
@@ -41,15 +41,20 @@ fn check(schema: &Schema, world: &Snapshot, words: &[String]) -> Result<(), Fail
 }
 
 pub(super) fn watch(network: &str, wanted: &Wanted) -> Result<u8, Failure> {
-    let Some(mut listener) = Listener::joined(network, None)? else {
+    let Some(mut follower) = Follower::begin(network)? else {
         return Ok(0);
     };
-    let now = listener.world.snapshot();
+    let now = follower.listener.world.snapshot();
     check(now.schema(), &now, &wanted.words)?;
-    let mut reader = listener.world.reader();
+    let mut reader = follower.listener.world.reader();
     let mut left = wanted.count.unwrap_or(u64::MAX);
-    while left > 0 && listener.turn(&mut |_| {})? {
-        if let Some(news) = listener.world.news(&mut reader) {
+    while left > 0 {
+        match follower.turn()? {
+            Turn::Same => {}
+            Turn::Restarted => reader = follower.listener.world.reader(),
+            Turn::Interrupted => break,
+        }
+        if let Some(news) = follower.listener.world.news(&mut reader) {
             print(&news, wanted, &mut left)?;
         }
     }
