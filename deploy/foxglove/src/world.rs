@@ -5,6 +5,7 @@ use innermodel::language::model::Shape as Solid;
 use innermodel::language::{self, model};
 use innermodel::shapes::{Body, body};
 use innermodel::{InnerModel, NodeRef, Snapshot, Transform, frames};
+use rc_diagnostics::foreign::clean;
 use rc_middleware::{Writer, cdr};
 use rc_record::{ENCAPSULATION, Schema};
 use std::ffi::OsString;
@@ -117,8 +118,10 @@ fn colour(node: &NodeRef<'_>) -> [f64; 4] {
 
 /// Whether a node is only the body of the one above, whose name is written there.
 fn is_body(node: &NodeRef<'_>) -> bool {
+    let name = node.id().trim_end_matches('_').strip_suffix("_body");
+    let is_frame = matches!(node.kind(), model::Kind::Transform(_));
     let above = node.parent();
-    above.is_some_and(|above| node.id().strip_suffix("_body") == Some(above.id()))
+    !is_frame && above.is_some_and(|above| name == Some(above.id()))
 }
 
 /// A node as an entity in its own frame. Meshes have their names alone: a client has no file of them.
@@ -249,29 +252,40 @@ impl Teller {
     }
 
     /// The messages that are due at a time of the network, in nanoseconds.
-    pub(crate) fn due(&mut self, time: u64) -> Vec<(Part, Vec<u8>)> {
+    ///
+    /// # Errors
+    /// Why the newest tree is not shown.
+    pub(crate) fn due(&mut self, time: u64) -> Result<Vec<(Part, Vec<u8>)>, String> {
         let newest = self.told.newest.lock();
         let newest = newest.unwrap_or_else(PoisonError::into_inner).take();
         let is_new = newest.is_some();
         if let Some(text) = newest {
-            self.tree = parsed(&text).or(self.tree.take());
+            self.tree = Some(parsed(&text)?);
         }
         let is_due = self.published.is_none_or(|last| last.elapsed() >= AGAIN);
         let Some(tree) = self.tree.as_ref().filter(|_| is_new || is_due) else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
         self.published = Some(Instant::now());
-        let all = Part::ALL.into_iter();
-        all.filter_map(|part| Some((part, part.encode(tree, time)?)))
-            .collect()
+        let part = |part: Part| {
+            let data = part.encode(tree, time);
+            let data = data.ok_or_else(|| "the world is too large for a message".to_owned());
+            Ok((part, data?))
+        };
+        Part::ALL.into_iter().map(part).collect()
     }
 }
 
-fn parsed(text: &str) -> Option<Arc<Snapshot>> {
+fn parsed(text: &str) -> Result<Arc<Snapshot>, String> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        let error = error.to_string();
+        format!("the world is not shown: {}", clean(error.trim_end()))
+    };
     let nothing = innermodel::Folders::default();
     let read = innermodel::read_text(text, std::path::Path::new("world.xml"), &nothing);
-    let document: language::Document = read.ok()?.0;
-    Some(InnerModel::from_document(&document).ok()?.snapshot())
+    let document: language::Document = read.map_err(|error| wrong(&error))?.0;
+    let model = InnerModel::from_document(&document);
+    Ok(model.map_err(|error| wrong(&error))?.snapshot())
 }
 
 /// The program beside this one, else the one in the path.

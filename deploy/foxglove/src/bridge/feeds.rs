@@ -147,7 +147,13 @@ impl Bridge {
     pub(super) fn take_world(&mut self) {
         let time = self.now.unwrap_or_else(system_time);
         let due = self.world.as_mut().map(|world| world.due(time));
-        for (part, data) in due.into_iter().flatten() {
+        let due = due
+            .unwrap_or_else(|| Ok(Vec::new()))
+            .unwrap_or_else(|problem| {
+                self.tell(&problem);
+                Vec::new()
+            });
+        for (part, data) in due {
             let form = Form::World(part);
             let channels = self.offers.channels.iter();
             let mut channels = channels.filter(|(_, channel)| channel.form == form);
