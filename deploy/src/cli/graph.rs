@@ -3,7 +3,7 @@
 use super::arguments::Input;
 use super::description::{examine, read};
 use super::networks::network_of;
-use super::output::{Failure, print_data, system};
+use super::output::{Failure, print_data, print_note, system};
 use rc_deploy_client::status::{self, NetworkReport};
 use rc_deploy_graph::{Graph, GraphFormat, Live};
 use std::path::Path;
@@ -31,6 +31,12 @@ pub(super) fn graph(
     if let Some(report) = report {
         if with_world {
             world = super::world::picture(&report.network)?;
+            if world.is_none() {
+                print_note(&format_args!(
+                    "no component of `{}` has a world",
+                    report.network
+                ));
+            }
         }
         let now = report.components().map(|component| {
             let machine = component.machine.as_ref();
@@ -44,7 +50,7 @@ pub(super) fn graph(
     }
     let mut text = graph.draw(format).map_err(|e| system(&e))?;
     if let Some(world) = world {
-        text = beside(&text, &world);
+        text = beside(&text, &world).ok_or_else(|| system(&"a picture has no size"))?;
     }
     match output {
         Some(path) => {
@@ -56,24 +62,20 @@ pub(super) fn graph(
     Ok(u8::from(found.has_errors()))
 }
 
-/// Two pictures in one, the second one to the right.
-fn beside(first: &str, second: &str) -> String {
+/// Two pictures in one, the second one to the right. `None` if one of them does not say its size.
+fn beside(first: &str, second: &str) -> Option<String> {
     let size = |picture: &str| -> Option<(u32, u32)> {
         let (_, rest) = picture.split_once("viewBox=\"0 0 ")?;
         let (width, height) = rest.split_once('"')?.0.split_once(' ')?;
         Some((width.parse().ok()?, height.parse().ok()?))
     };
-    let (first_size, second_size) = (size(first), size(second));
-    let ((left, one), (right, other)) = (
-        first_size.unwrap_or_default(),
-        second_size.unwrap_or_default(),
-    );
+    let ((left, one), (right, other)) = (size(first)?, size(second)?);
     let (width, height) = (left + right, one.max(other));
     let moved = second.replacen("<svg ", &format!("<svg x=\"{left}\" "), 1);
-    format!(
+    Some(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{first}{moved}</svg>\n"
-    )
+    ))
 }
 
 /// The status of the network that the command line names. A network that is named has the file that

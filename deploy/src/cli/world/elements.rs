@@ -261,20 +261,20 @@ pub(super) fn text(world: &Snapshot, element: Element) -> String {
 /// A number with a unit behind it, as in `80 cm`, in the unit of the attribute. The error says what is wrong with
 /// the unit; without it, the text is no such number.
 fn in_unit(text: &str, own: Option<&str>) -> Result<Value, Option<String>> {
-    let begin = text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '°');
-    let (number, unit) = text.split_at(begin.ok_or(None)?);
-    let number: f64 = number.trim().parse().map_err(|_| None)?;
+    // The longest begin that is a number: that of `5eV` is `5`, that of `1e3 m` is `1e3`.
+    let begins = text.char_indices().rev().map(|(at, _)| at);
+    let mut numbers = begins.filter_map(|at| Some((at, text[..at].trim().parse().ok()?)));
+    let (at, number): (usize, f64) = numbers.next().ok_or(None)?;
+    let unit = text[at..].trim();
+    if unit.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | ',')) {
+        return Err(None);
+    }
     let own = own.ok_or_else(|| Some("the attribute has no unit".to_owned()))?;
-    let wrong = |unit: &str| Some(format!("`{}` is not a unit", clean(unit)));
-    let from = Unit::parse(unit.trim()).map_err(|_| wrong(unit))?;
-    let to = Unit::parse(own).map_err(|_| wrong(own))?;
-    let conversion = from.conversion_to(&to);
-    let conversion = conversion.ok_or_else(|| {
-        Some(format!(
-            "a number in `{}` is none in `{own}`",
-            clean(unit.trim())
-        ))
-    })?;
+    let parsed =
+        |unit: &str| Unit::parse(unit).map_err(|error| Some(format!("`{}`: {error}", clean(unit))));
+    let conversion = parsed(unit)?.conversion_to(&parsed(own)?);
+    let conversion = conversion
+        .ok_or_else(|| Some(format!("a number in `{}` is none in `{own}`", clean(unit))))?;
     Ok(Value::Float(conversion.apply(number)))
 }
 

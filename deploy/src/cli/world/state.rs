@@ -183,7 +183,15 @@ impl Record {
             replica.behind = all.iter().map(lacks).fold(0, u64::saturating_add);
             replica.other_schema = Some(replica.schema) != usual;
         }
-        let state = |replica: &Replica| (replica.digest.clone(), replica.streams);
+        // Replicas announce at different moments what goes on between them.
+        let is_streaming = self
+            .sent
+            .keys()
+            .any(|(.., attribute)| !attribute.is_empty());
+        let state = |replica: &Replica| {
+            let streams = (!is_streaming).then_some(replica.streams);
+            (replica.digest.clone(), streams)
+        };
         let first = self.replicas.values().next().map(state);
         let is_equal = self.replicas.values().all(|own| Some(state(own)) == first);
         let seconds = over.as_secs_f64();

@@ -122,6 +122,8 @@ fn commands_read_change_ask_and_compare_a_world() {
     assert_eq!(names, ["door_finder", "room_keeper"]);
     let digests: Vec<&Value> = replicas.iter().map(|one| &one["digest"]).collect();
     assert_eq!(digests[0], digests[1]);
+    // The stream goes on between their announcements.
+    assert_eq!(state["is_equal"], true, "{state}");
     let rates = state["rates"].as_array().expect("a list");
     let stream = rates.iter().find(|rate| rate["what"] == "door.opened");
     let stream = stream.expect("the stream");
@@ -283,6 +285,12 @@ fn commands_read_change_ask_and_compare_a_world() {
             "front.width=wide",
             2,
             "`width` of `door` is float, found `wide`",
+        ),
+        (
+            "set",
+            "front.width=5eV",
+            2,
+            "`width`: a number in `eV` is none in `m`",
         ),
         (
             "watch",
