@@ -46,6 +46,8 @@ Point = tuple[float, float, float]
 Pose = tuple[float, float, float, float, float, float]
 """x, y, z in the unit of the schema's translations, and the angles about x, y, z."""
 
+_LONGEST_WAIT = timedelta(hours=1)
+
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a user that is due, and its arguments."""
 
@@ -412,7 +414,7 @@ class World(Generic[V, E]):
         Meanwhile the replica gets what others send, and no handler runs. In simulated time it does not wait,
         for nothing arrives within a turn.
         """
-        until = monotonic_ns() + limit // timedelta(microseconds=1) * 1000
+        until = monotonic_ns() + min(limit, _LONGEST_WAIT) // timedelta(microseconds=1) * 1000
         while not self._replica.has(token):
             came = self._link.await_world(max(0, until - monotonic_ns()))
             if came is None:

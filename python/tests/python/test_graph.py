@@ -295,6 +295,7 @@ class Link:
     def __init__(self) -> None:
         self.samples = []
         self.arriving = []
+        self.longest = 0
         self.time = 0
 
     def name(self) -> str:
@@ -321,6 +322,7 @@ class Link:
 
     def await_world(self, limit: int):
         """What arrives next; nothing once it is over."""
+        self.longest = max(self.longest, limit)
         if limit == 0 or not self.arriving:
             return None
         return self.now_ns(), self.arriving.pop(0)
@@ -394,9 +396,13 @@ class Worlds(unittest.TestCase):
         (_, operation, sample) = next(one for one in other.samples if one[1] == 0)
         self.link.arriving = [None, (False, operation, b"nothing"), (False, operation, sample), None]
         self.assertFalse(self.g.wait_for(token, timedelta(0)))
+        self.assertFalse(self.g.wait_for(token, timedelta(days=-1)))
         self.assertEqual(len(self.link.arriving), 4)
         self.assertEqual(self.g.snapshot(after=token, limit=timedelta(seconds=1)).node("a").type, "thing")
         self.assertEqual(self.link.arriving, [None])
+        # No wait is longer than an hour.
+        self.assertFalse(self.g.wait_for("ff:1", timedelta.max))
+        self.assertLessEqual(self.link.longest, 3600 * 10**9)
 
     def test_a_change_adds_an_edge_once(self):
         self.add("a", "b")
