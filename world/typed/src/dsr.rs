@@ -218,6 +218,34 @@ impl<'w> DsrGraph<'w> {
         of.attrs_mut().insert(name.to_owned(), value.into());
     }
 
+    /// Sets an attribute of a copy that it does not have yet. Returns whether it did.
+    pub fn add_attrib_local(
+        &self,
+        of: &mut impl Attributed,
+        name: &str,
+        value: impl Into<Value>,
+    ) -> bool {
+        let is_new = !of.attrs().contains_key(name);
+        if is_new {
+            self.add_or_modify_attrib_local(of, name, value);
+        }
+        is_new
+    }
+
+    /// Sets an attribute of a copy that it has. Returns whether it did.
+    pub fn modify_attrib_local(
+        &self,
+        of: &mut impl Attributed,
+        name: &str,
+        value: impl Into<Value>,
+    ) -> bool {
+        let is_there = of.attrs().contains_key(name);
+        if is_there {
+            self.add_or_modify_attrib_local(of, name, value);
+        }
+        is_there
+    }
+
     /// Takes an attribute from a copy. Returns whether it had it.
     pub fn remove_attrib_local(&self, of: &mut impl Attributed, name: &str) -> bool {
         of.attrs_mut().remove(name).is_some()
@@ -297,6 +325,15 @@ impl<'w> DsrGraph<'w> {
         self.now().out_edges(id, None).map(Edge::of).collect()
     }
 
+    /// The edges of a type from a node.
+    pub fn get_node_edges_by_type(&self, node: &Node, kind: &str) -> Vec<Edge> {
+        let now = self.now();
+        let (Some(id), Some(kind)) = (node.id, now.symbol(kind)) else {
+            return Vec::new();
+        };
+        now.out_edges(id, Some(kind)).map(Edge::of).collect()
+    }
+
     /// Adds an edge, or gives it the attributes of a copy. False if one of its nodes is not there.
     ///
     /// # Errors
@@ -364,7 +401,7 @@ impl<'w> DsrGraph<'w> {
     }
 
     /// Transforms over the tree.
-    pub fn get_inner_api(&self) -> InnerApi<'_> {
+    pub fn get_inner_eigen_api(&self) -> InnerApi<'_> {
         InnerApi::new(self.world)
     }
 }

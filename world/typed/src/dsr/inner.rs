@@ -54,7 +54,7 @@ impl<'w> RtApi<'w> {
         let graph = DsrGraph::new(self.world);
         let (parent, own) = (graph.get_parent_id(node)?, node.id?);
         graph
-            .get_inner_api()
+            .get_inner_eigen_api()
             .get_transformation_matrix(parent, own, None)
     }
 }

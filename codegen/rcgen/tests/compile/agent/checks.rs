@@ -127,9 +127,14 @@ fn an_agent_keeps_its_calls() -> Result<(), WorkerError> {
     );
     let parent = g.get_parent_node(&g.get_node("laser").expect("a laser"));
     assert_eq!(parent.map(|node| node.name).as_deref(), Some("robot"));
+    let below = g.get_node_edges_by_type(&robot, "RT");
+    assert_eq!(
+        below.first().map(|edge| edge.to),
+        g.get_id_from_name("laser")
+    );
     assert!(g.get_node("nobody").is_none() && g.get_id_from_name("nobody").is_none());
 
-    let inner = g.get_inner_api();
+    let inner = g.get_inner_eigen_api();
     let matrix = inner.get_transformation_matrix("root", "laser", None);
     let expected = [
         0.0, -1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 2.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
@@ -155,6 +160,9 @@ fn an_agent_keeps_its_calls() -> Result<(), WorkerError> {
     let mut robot = robot;
     g.add_or_modify_attrib_local(&mut robot, "level", 2_i64);
     g.add_or_modify_attrib_local(&mut robot, "battery_level", 0.5);
+    assert!(!g.add_attrib_local(&mut robot, "battery_level", 0.75));
+    assert!(g.modify_attrib_local(&mut robot, "battery_level", 0.25));
+    assert!(!g.modify_attrib_local(&mut robot, "speed", 0.25));
     assert!(g.remove_attrib_local(&mut robot, "color"));
     assert!(g.update_node(&robot)?);
     let root = g.get_node_root().expect("a root");
