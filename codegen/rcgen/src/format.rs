@@ -19,6 +19,9 @@ pub fn laid_out(
     if let Some(language) = Language::of(path) {
         return Some(language.format(sources, source));
     }
+    if is_graph(path) {
+        return Some(graphs::format(sources, source));
+    }
     let formatted = is_xml(path).then(|| innermodel::format(sources, source))?;
     Some(formatted.map(|formatted| rc_syntax::with_ends_of(sources.text(source), formatted)))
 }
@@ -48,12 +51,7 @@ pub fn file(
     }
     let text = rc_files::read(path)?;
     let source = sources.add(path, text.clone());
-    let formatted = if is_graph(path) {
-        Some(graphs::format(sources, source))
-    } else {
-        laid_out(path, sources, source)
-    };
-    match formatted {
+    match laid_out(path, sources, source) {
         None => Ok(false),
         Some(Err(more)) => {
             found.extend(more);
@@ -71,7 +69,8 @@ pub fn file(
 
 /// Whether `rcgen fmt` lays out a file that it finds in a folder.
 pub fn is_formatted(path: &Path) -> bool {
-    Language::of(path).is_some() || is_xml(path) && innermodel::is_wanted(path)
+    let is_ours = Language::of(path).is_some() || is_graph(path);
+    is_ours || is_xml(path) && innermodel::is_wanted(path)
 }
 
 fn is_graph(path: &Path) -> bool {

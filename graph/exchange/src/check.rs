@@ -1,8 +1,9 @@
 //! The errors in a document, each finding at its place.
 
 use crate::document::{self, Document, Edge, Node};
+use crate::hints::{empty, thousandth};
 use crate::places::{Places, SEPARATOR};
-use graph_schema::{Attribute, Kind, Relation, Schema, compared_units, is_same_unit};
+use graph_schema::{Attribute, Relation, Schema, compared_units, is_same_unit};
 use property_graph::{Id, MOST_BYTES, Value, fits, in_order};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, SourceId, SourceMap, foreign, nearest};
 use std::collections::{HashMap, HashSet};
@@ -568,32 +569,4 @@ fn path_of(above: &str, member: &str, name: &str) -> String {
         return format!("{above}{SEPARATOR}name");
     }
     format!("{above}{SEPARATOR}{member}{SEPARATOR}{name}")
-}
-
-/// A help for an empty array, whose type no item says.
-fn empty(attribute: &Attribute, value: &Value) -> Option<String> {
-    let is_empty = matches!(value, Value::Floats(all) if all.is_empty());
-    let word = match attribute.kind {
-        Kind::Ints(None) if is_empty => "ints",
-        Kind::Texts if is_empty => "strings",
-        _ => return None,
-    };
-    Some(format!(
-        "write an empty array of them as `{{\"{word}\": []}}`"
-    ))
-}
-
-/// A help for lengths that are a thousand times too large: the usual mistake.
-fn thousandth(attribute: &Attribute, value: &Value) -> Option<String> {
-    if attribute.unit.as_deref() != Some("m") {
-        return None;
-    }
-    let smaller = match value {
-        Value::Float(number) => Value::Float(number / 1000.0),
-        Value::Int(number) => Value::Float(*number as f64 / 1000.0),
-        Value::Floats(all) => Value::Floats(all.iter().map(|number| number / 1000.0).collect()),
-        _ => return None,
-    };
-    let fits = fits(attribute, &smaller).is_ok();
-    fits.then(|| "the schema says metres, and the value fits if it is in millimetres".to_owned())
 }

@@ -80,6 +80,12 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
     let mut found = Diagnostics::new();
     let file: File = match json::read(sources, source) {
         Ok(file) => file,
+        Err(error) if error.message == "expected an object, found an array" => {
+            found.push(
+                error.help("DSR's first files had arrays, and texts as values; they are not read"),
+            );
+            return (None, found);
+        }
         Err(error) => {
             found.push(error);
             return (None, found);

@@ -65,6 +65,11 @@ pub fn read(sources: &SourceMap, source: SourceId) -> (Option<Document>, Diagnos
             return (None, found);
         }
     };
+    if let Some((start, end)) = json::wide_integer(sources.text(source)) {
+        let message = "an integer has 64 bits at most";
+        let error = Diagnostic::error("wrong-json", Span::new(source, start, end), message);
+        found.push(error.help("a float has a point or an exponent"));
+    }
     let mut wrong = PathErrors::new();
     let mut document = Document {
         schema: file.schema,
@@ -220,7 +225,11 @@ fn list(items: &[Raw]) -> Option<Value> {
     let floats: Option<Vec<f64>> = items
         .iter()
         .map(|raw| match raw {
-            Raw::Int(number) => Some(*number as f64),
+            // An integer among floats keeps its value.
+            Raw::Int(number) => {
+                let float = *number as f64;
+                (float as i128 == i128::from(*number)).then_some(float)
+            }
             Raw::Float(number) => Some(*number),
             _ => None,
         })

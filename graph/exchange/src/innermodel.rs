@@ -36,9 +36,12 @@ pub fn document(tree: &model::Document) -> Document {
         let mut frame = named(id(at), kind, &node.id);
         let element = element.map(|text| ("element".to_owned(), text.into(), None));
         frame.attributes.extend(element);
+        let (pose, position) = at_start(node);
+        let position = position.map(|position| ("position".to_owned(), position.into(), None));
+        frame.attributes.extend(position);
         made.nodes.push(frame);
-        let [x, y, z] = node.pose.translation.map(|length| length / METRE);
-        let [rx, ry, rz] = node.pose.rotation;
+        let [x, y, z] = pose.translation.map(|length| length / METRE);
+        let [rx, ry, rz] = pose.rotation;
         let pose: Value = [x, y, z, rx, ry, rz].into();
         made.edges.push(Edge {
             id: Some(Id::new(1, (tree.nodes.len() + at) as u64 + 2)),
@@ -50,6 +53,29 @@ pub fn document(tree: &model::Document) -> Document {
         });
     }
     made
+}
+
+/// Where a node is at the start, as in the crate `innermodel`: a joint is at 0 or at the nearest end of its limits.
+/// With the position of a joint, if its element does not say it.
+fn at_start(node: &model::Node) -> (Pose, Option<f64>) {
+    match &node.kind {
+        Kind::Joint(joint) => {
+            let position = 0.0_f64.max(joint.min).min(joint.max);
+            if position == 0.0 {
+                return (node.pose, None);
+            }
+            let turned = Transform::about(joint.axis, position);
+            let place = Transform::of(&node.pose).then_inner(&turned);
+            (place.pose(), Some(position))
+        }
+        Kind::Prismatic(slide) => {
+            let position = slide.position.max(slide.min).min(slide.max);
+            let mut pose = Pose::default();
+            pose.translation[slide.axis.index()] = position + slide.offset;
+            (pose, (position != slide.position).then_some(position))
+        }
+        _ => (node.pose, None),
+    }
 }
 
 /// The element of a node without its pose. `None` for what is only a frame.

@@ -164,9 +164,64 @@ pub(crate) fn read<'t, T: Deserialize<'t>>(
         let message = error.to_string();
         // The place is told by the diagnostic.
         let message = message.split(" at line ").next().unwrap_or_default();
-        let message = rc_diagnostics::foreign::clean(message);
+        let message = rc_diagnostics::foreign::clean(&told(message));
         Diagnostic::error("malformed-json", Span::new(source, at, at), message)
     })
+}
+
+/// A message of `serde_json` about a value of another type, in the words of [`Raw::described`].
+fn told(message: &str) -> String {
+    let parts = message.strip_prefix("invalid type: ");
+    let Some((found, expected)) = parts.and_then(|rest| rest.rsplit_once(", expected ")) else {
+        return message.to_owned();
+    };
+    let found = match found.split(' ').next().unwrap_or_default() {
+        "null" => "null",
+        "boolean" => "true or false",
+        "integer" => "an integer",
+        "floating" => "a number",
+        "string" => "a string",
+        "sequence" => "an array",
+        "map" => "an object",
+        _ => found,
+    };
+    let expected = match expected {
+        "a sequence" => "an array",
+        "u64" => "an integer",
+        other if other.starts_with("struct ") => "an object",
+        other => other,
+    };
+    format!("expected {expected}, found {found}")
+}
+
+/// The first integer of a valid text that has more than 64 bits, which would become a float.
+pub(crate) fn wide_integer(text: &str) -> Option<(usize, usize)> {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        let start = at;
+        at += 1;
+        match byte {
+            b'"' => {
+                while let Some(inside) = bytes.get(at).filter(|inside| **inside != b'"') {
+                    at += if *inside == b'\\' { 2 } else { 1 };
+                }
+                at += 1;
+            }
+            b'-' | b'0'..=b'9' => {
+                let is_number =
+                    |byte: &&u8| matches!(byte, b'0'..=b'9' | b'.' | b'e' | b'E' | b'+' | b'-');
+                at += bytes[at..].iter().take_while(is_number).count();
+                let number = &text[start..at];
+                let is_integer = !number.contains(['.', 'e', 'E']);
+                if is_integer && number.parse::<i64>().is_err() && number.parse::<u64>().is_err() {
+                    return Some((start, at));
+                }
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
 /// The byte at a line and a column of `serde_json`, both from 1.

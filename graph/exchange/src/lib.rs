@@ -10,6 +10,7 @@ mod document;
 pub mod dsr;
 pub mod graph_json;
 pub mod graphml;
+mod hints;
 pub mod innermodel;
 mod json;
 mod migration;

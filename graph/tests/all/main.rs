@@ -4,6 +4,7 @@ mod adopt;
 mod changes;
 mod large;
 mod loops;
+mod names;
 mod oracle;
 mod promotion;
 mod random;

@@ -378,8 +378,21 @@ mod tests {
 
     #[test]
     fn random_changes_of_versions_are_those_of_a_plain_vector() {
-        let mut pages: Pages<usize> = Pages::new();
+        random_changes::<3, 3>(0);
+        // Narrow pages make many levels of few items.
+        random_changes::<1, 1>(0);
+        // The third level begins after 2048 items.
+        random_changes::<7, 4>(2040);
+    }
+
+    /// Changes of pages with `B` and `L`, from the number of items `first` on.
+    fn random_changes<const B: u32, const L: u32>(first: usize) {
+        let mut pages: Pages<usize, B, L> = Pages::new();
         let mut plain = Vec::new();
+        for number in 0..first {
+            pages.push(number);
+            plain.push(number);
+        }
         let mut versions = vec![(pages.clone(), plain.clone())];
         let mut seed = 1_usize;
         for step in 0..STEPS {

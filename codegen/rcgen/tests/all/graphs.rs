@@ -335,12 +335,74 @@ fn a_graph_is_laid_out() {
     assert_eq!(std::fs::read_to_string(&path).expect("a file"), expected);
     let (code, ..) = rcgen(folder.path(), &["fmt", "--check", "a.graph"]);
     assert_eq!(code, 0);
+    // Also as a file of a folder. A byte order mark goes, and the ends of lines stay.
+    std::fs::write(&path, format!("\u{feff}{}", text.replace('\n', "\r\n"))).expect("a file");
+    let (code, out, err) = rcgen(folder.path(), &["fmt", "."]);
+    assert_eq!((code, out.as_str()), (0, "format ./a.graph\n"), "{err}");
+    let written = std::fs::read_to_string(&path).expect("a file");
+    assert_eq!(written, expected.replace('\n', "\r\n"));
+    // No digit of an integer is lost.
+    let long =
+        r#"{"nodes": [{"id": "1:1", "type": "Cup", "attributes": {"n": 18446744073709551616}}]}"#;
+    std::fs::write(&path, long).expect("a file");
+    let (code, _, err) = rcgen(folder.path(), &["fmt", "a.graph"]);
+    assert_eq!(code, 1, "{err}");
+    assert_eq!(std::fs::read_to_string(&path).expect("a file"), long);
     std::fs::write(&path, r#"{"nodes": [{"id": "x", "type": "Cup"}]}"#).expect("a file");
     let (code, _, err) = rcgen(folder.path(), &["fmt", "a.graph"]);
     assert_eq!(code, 1, "{err}");
     assert!(err.contains("error[wrong-json]"), "{err}");
     let left = std::fs::read_to_string(&path).expect("a file");
     assert_eq!(left, r#"{"nodes": [{"id": "x", "type": "Cup"}]}"#);
+}
+
+/// A graph goes over into a schema that it has outgrown: differences are listed, and what does not fit.
+#[test]
+fn a_graph_goes_over_into_another_schema() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    let run = |schema: &str, out: &str| {
+        let args = ["import", "a.graph", "--schema", schema, "--out", out];
+        rcgen(folder.path(), &args)
+    };
+    write(
+        "old.gdsl",
+        "Domain a { entity Cup { mass float unit \"g\"; }; };",
+    );
+    write(
+        "kg.gdsl",
+        "Domain a { entity Cup { mass float unit \"kg\"; }; };",
+    );
+    write(
+        "new.gdsl",
+        "Domain a { entity Cup { mass float unit \"g\"; full bool optional; }; entity Mug { }; };",
+    );
+    let graph = r#"{"schema": "old.gdsl", "nodes": [{"id": "1:1", "type": "Cup", "attributes": {"mass": 250.0}}]}"#;
+    write("a.graph", graph);
+    let (code, out, err) = run("kg.gdsl", "b.graph");
+    assert_eq!((code, out.as_str()), (1, ""), "{err}");
+    for line in [
+        "Cup.mass: `float unit \"g\"` in the first schema, `float unit \"kg\"` in the second",
+        "error[unit-mismatch]",
+        "a.graph: does not fit kg.gdsl",
+    ] {
+        assert!(err.contains(line), "{line} in {err}");
+    }
+    assert!(!folder.path().join("b.graph").exists());
+    let (code, _, err) = run("new.gdsl", "b.graph");
+    assert_eq!(code, 0, "{err}");
+    let expected = "Cup.full: `bool optional` in the second schema only\nMug: `entity Mug of a` in the second schema only\n";
+    assert_eq!(err, expected);
+    let (code, _, err) = rcgen(folder.path(), &["check", "b.graph"]);
+    assert_eq!(code, 0, "{err}");
+    let made = std::fs::read_to_string(folder.path().join("b.graph")).expect("a file");
+    assert!(made.contains("\"schema\": \"new.gdsl\""), "{made}");
+    let (code, _, err) = run("none.gdsl", "c.graph");
+    assert_eq!(code, 3, "{err}");
+    let (code, ..) = run("new.gdsl", "c.xml");
+    assert_eq!(code, 2);
 }
 
 /// A file that nobody could read into memory is refused before it is read, whatever is done with it.

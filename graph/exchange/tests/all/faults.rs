@@ -363,6 +363,51 @@ a:2:65: error[wrong-value]: `words` of `Cup` is string[], found float[0] (write 
     assert!(found.contains("error[wrong-json]"), "{found}");
 }
 
+/// Integers keep their value, or are refused: none becomes a float of about its size.
+#[test]
+fn integers_of_more_bits_than_a_value_has_are_refused() {
+    let found = |values: &str| {
+        let node = format!(r#"{{"id": "1:1", "type": "Cup", "attributes": {{{values}}}}}"#);
+        findings("Domain any open { };", &ours(&node, ""))
+    };
+    for (value, column) in [
+        ("18446744073709551616", 64),
+        ("-9223372036854775809", 64),
+        ("[0.5, 123456789012345678901234]", 70),
+    ] {
+        let text = format!(r#""a": "\"10e", "b": {value}"#);
+        let line = found(&text);
+        let place = format!("a:2:{column}: error[wrong-json]: an integer has 64 bits");
+        assert!(line.contains(&place), "{line} in {text}");
+    }
+    let rounded = found(r#""a": [0.5, 9007199254740993]"#);
+    assert!(rounded.contains("error[wrong-json]"), "{rounded}");
+    let right = r#""a": "18446744073709551616", "b": 1e30, "c": [0.5, 9007199254740992], "d": -9223372036854775808"#;
+    let right = found(right);
+    assert!(!right.contains("error"), "{right}");
+}
+
+/// A file of another form is told what is expected in its place.
+#[test]
+fn another_form_of_a_file_is_a_finding_in_our_words() {
+    let schema = "Domain any open { };";
+    let oldest = r#"{"DSRModel": {"symbols": [{"id": "138", "type": "laser"}]}}"#;
+    let expected = "a:1:25: error[malformed-json]: expected an object, found an array (DSR's first files had arrays, and texts as values; they are not read)\n";
+    assert_eq!(findings(schema, oldest), expected);
+    for (text, expected) in [
+        (r#"{"nodes": {}}"#, "expected an array, found an object"),
+        (r#"{"nodes": [7]}"#, "expected an object, found an integer"),
+        (
+            r#"{"nodes": [{"id": true, "type": "x"}]}"#,
+            "expected a string, found true or false",
+        ),
+    ] {
+        let found = findings(schema, text);
+        let line = format!(": error[malformed-json]: {expected}\n");
+        assert!(found.ends_with(&line), "{found}");
+    }
+}
+
 #[test]
 fn two_edges_with_one_id_are_a_finding() {
     let text = ours(&format!("{CUP},\n{ROOM}"), &edge(2, "in", 1, 2));

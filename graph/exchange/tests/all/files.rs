@@ -211,7 +211,7 @@ fn a_tree_of_innermodel_comes_back_from_its_graph() {
     let text = r##"<innerModel>
         <transform id="base" tx="1000" engine="bullet" mass="2">
             <joint id="shoulder" axis="z" ty="300" rx="0.1" min="-2" max="2">
-                <prismaticJoint id="slide" axis="x" offset="5">
+                <prismaticJoint id="slide" axis="x" position="7" offset="5">
                     <mesh id="hand" file="hand.obj" tx="7" scale="2,2,2" collide="1" allowed="floor"/>
                 </prismaticJoint>
                 <rgbd id="eye" width="640" height="480" focal="500"/>
@@ -226,7 +226,13 @@ fn a_tree_of_innermodel_comes_back_from_its_graph() {
     let graph = innermodel::document(&tree)
         .graph(schema.into(), 1)
         .expect("a graph");
-    let back = innermodel::tree(&graph.snapshot());
+    // The pose of a joint has its position.
+    let now = graph.snapshot();
+    let [shoulder, slide] =
+        ["shoulder", "slide"].map(|name| now.named(name).next().expect("a joint"));
+    let [x, y, z] = now.pose(shoulder, slide).expect("a pose").translation;
+    assert!((x - 0.012).abs() < 1e-12 && y.abs() < 1e-12 && z.abs() < 1e-12);
+    let back = innermodel::tree(&now);
     let print = |tree: &innermodel_language::model::Document| innermodel_language::print(tree);
     assert_eq!(print(&back), print(&tree));
 
@@ -311,6 +317,39 @@ fn ids_of_a_tree_are_used_once() {
     assert!(!found.has_errors(), "{found:?}");
     assert_eq!(back.nodes.len(), 1 + 5 * 2 + 1);
     assert!(back.find("table_body").is_some() && back.find("table_body_").is_some());
+}
+
+/// A joint whose limits exclude 0 starts at the nearest end, as in the library of `InnerModel`.
+#[test]
+fn joints_start_within_their_limits() {
+    let text = r#"<innerModel>
+        <joint id="wrist" axis="z" tx="200" rx="0.3" min="0.5" max="2">
+            <prismaticJoint id="finger" axis="y" position="90" min="10" max="40"/>
+        </joint>
+    </innerModel>"#;
+    let mut sources = SourceMap::new();
+    let source = sources.add("a.xml", text);
+    let (tree, _) = innermodel_language::load(&mut sources, &NoFiles, source);
+    let schema = graph_language::builtin("innermodel.gdsl").expect("a schema");
+    let graph = innermodel::document(&tree).graph(schema.into(), 1);
+    let now = graph.expect("a graph").snapshot();
+    let named = |name| now.named(name).next().expect("a node");
+    let [root, wrist, finger] = ["root", "wrist", "finger"].map(named);
+    assert_eq!(now.get(wrist, "position"), Some(&0.5.into()));
+    assert_eq!(now.get(finger, "position"), Some(&40.0.into()));
+    let turned = property_graph::Transform::about(innermodel_language::model::Axis::Z, 0.5);
+    let place = property_graph::Pose::new(0.2, 0.0, 0.0, 0.3, 0.0, 0.0);
+    let expected = property_graph::Transform::of(&place).then_inner(&turned);
+    let found = now.pose(root, wrist).expect("a pose");
+    let found = property_graph::Transform::of(&found);
+    for (found, expected) in found.rotation.iter().zip(expected.rotation.iter()) {
+        assert!((found - expected).abs() < 1e-12);
+    }
+    let [x, y, z] = now.pose(wrist, finger).expect("a pose").translation;
+    assert!(x.abs() < 1e-12 && (y - 0.04).abs() < 1e-12 && z.abs() < 1e-12);
+    let back = innermodel::tree(&now);
+    let wrist = back.nodes[back.find("wrist").expect("a joint")].pose;
+    assert!((wrist.rotation[0] - 0.3).abs() < 1e-12 && wrist.rotation[2].abs() < 1e-12);
 }
 
 /// Frames of ROS and of DSR point elsewhere than those of InnerModel, and names may be there twice.

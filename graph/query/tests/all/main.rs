@@ -2,6 +2,7 @@
 
 mod bounds;
 mod named;
+mod prepared;
 mod promotion;
 mod random;
 mod shared;

@@ -108,10 +108,11 @@ pub(crate) enum Command {
         #[arg(short = 'I', value_name = "DIR")]
         include: Vec<PathBuf>,
     },
-    /// Formats description files. Comments stay; a file with a syntax error stays as it is.
+    /// Formats description files, graphs and InnerModel files. Comments stay; a file with a syntax
+    /// error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "xml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "graph", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, exits with 1 if there is one, and writes
         /// nothing.
@@ -173,7 +174,7 @@ pub(crate) enum Command {
         dry_run: bool,
     },
     /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file;
-    /// or joins graphs. Warnings list what does not fit.
+    /// or joins graphs; or takes a graph over into another schema. Warnings list what does not fit.
     Import {
         /// The robot, or the graph of DSR; or graphs to join. Elements with the same id must be
         /// equal.
@@ -182,6 +183,10 @@ pub(crate) enum Command {
         /// The new file. Its extension chooses the format.
         #[arg(long, value_name = "FILE.xml|FILE.graph")]
         out: PathBuf,
+        /// The other schema of a graph. Lists what it declares otherwise than the present one; if
+        /// an element does not fit it, writes nothing.
+        #[arg(long, value_name = "FILE.gdsl", add = files(&["gdsl"]))]
+        schema: Option<PathBuf>,
         #[command(flatten)]
         common: Common,
     },

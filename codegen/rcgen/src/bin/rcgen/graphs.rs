@@ -8,7 +8,7 @@ use graph_language::Schema;
 use graph_query::{Budget, Cell, Queries, Query, Rows, Snapshot};
 use rc_codegen::FileLoader;
 use rc_diagnostics::{Diagnostics, SourceMap};
-use rcgen::graphs::{Loaded, load};
+use rcgen::graphs::{Loaded, load, load_schema};
 use rcgen::innermodel::Folders;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -207,6 +207,45 @@ pub(crate) fn join(files: &[PathBuf], out: &Path, common: &Common) -> Result<(),
         }
     }
     create(out, graph_json::write(&joined).as_bytes(), "file", false)
+}
+
+/// Takes a graph over into another schema. Lists the different declarations, and what does not fit.
+pub(crate) fn migrate(
+    file: &Path,
+    out: &Path,
+    schema: &Path,
+    common: &Common,
+) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let loaded = loaded(file, &mut sources, common)?;
+    let mut found =
+        graph_exchange::check(&loaded.document, &loaded.schema, &sources, loaded.source);
+    let loader = FileLoader::new(&common.include);
+    let new = load_schema(schema, &mut sources, &loader, &mut found);
+    let new = new.map_err(|error| refused(schema, &error))?;
+    report(&sources, &found, common.format)?;
+    let (new, _) = new.ok_or(Failure::Input)?;
+    let wrong = |why: String| {
+        tell(format_args!("{}: {why}", file.display()));
+        Failure::Input
+    };
+    let graph = loaded.document.graph(loaded.schema.into(), 1);
+    let graph = graph.map_err(|error| wrong(error.to_string()))?;
+    let migration = graph_exchange::migrate(&graph.snapshot(), &Arc::new(new), 1);
+    for difference in &migration.differences {
+        tell(format_args!("{difference}"));
+    }
+    // Their places are those of the file as `rcgen fmt` writes it.
+    for finding in &migration.findings {
+        tell(format_args!("{finding}"));
+    }
+    let Some(graph) = migration.graph else {
+        return Err(wrong(format!("does not fit {}", schema.display())));
+    };
+    let mut document = Document::of(&graph.snapshot());
+    let name = schema.file_name().unwrap_or_default();
+    document.schema = Some(name.to_string_lossy().into_owned());
+    create(out, graph_json::write(&document).as_bytes(), "file", false)
 }
 
 pub(crate) fn import(file: &Path, out: &Path, common: &Common) -> Result<(), Failure> {

@@ -30,8 +30,22 @@ use reports::{Failure, print, print_line, system, tell};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-fn import(files: &[PathBuf], out: &Path, common: &command_line::Common) -> Result<(), Failure> {
+fn import(
+    files: &[PathBuf],
+    out: &Path,
+    schema: Option<&Path>,
+    common: &command_line::Common,
+) -> Result<(), Failure> {
     let is_graph = |path: &Path| path.extension().is_some_and(|ending| ending == "graph");
+    if let Some(schema) = schema {
+        return match files {
+            [file] if is_graph(file) && is_graph(out) => graphs::migrate(file, out, schema, common),
+            _ => {
+                let message = "`--schema` is for one .graph file, and --out is another one";
+                Err(Failure::Usage(message.to_owned()))
+            }
+        };
+    }
     match files {
         _ if is_graph(out) && files.iter().all(|file| is_graph(file)) => {
             graphs::join(files, out, common)
@@ -111,7 +125,12 @@ fn main() -> ExitCode {
             common: &common,
             dry_run,
         }),
-        Some(Command::Import { files, out, common }) => import(&files, &out, &common),
+        Some(Command::Import {
+            files,
+            out,
+            schema,
+            common,
+        }) => import(&files, &out, schema.as_deref(), &common),
         Some(Command::Query {
             file,
             query,
