@@ -32,6 +32,8 @@ struct ClientQueue<C, S> {
     client: C,
     waiting: VecDeque<QueuedRequest<S>>,
     bytes: usize,
+    /// Whether its first request is looked at, outside of the queue.
+    is_out: bool,
 }
 
 /// A request that waits.
@@ -46,7 +48,7 @@ pub struct QueuedRequest<S> {
     size: usize,
 }
 
-impl<C: PartialEq, S> RequestQueues<C, S> {
+impl<C: PartialEq + Copy, S> RequestQueues<C, S> {
     /// Queues with room for `limit` bytes together.
     pub fn new(limit: u64) -> Self {
         Self {
@@ -60,20 +62,43 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
         &self.gauge
     }
 
-    /// Takes the next request for which `may` holds. Clients take turns.
+    /// Takes the next request for which `may` holds. Clients take turns. One thread may do so.
+    ///
+    /// `may` asks the library about the client, which waits for the thread that receives; and that
+    /// thread puts requests in here. So no lock is held meanwhile.
     pub fn next(&self, may: impl Fn(&QueuedRequest<S>) -> bool) -> Option<QueuedRequest<S>> {
-        let mut queues = lock(&self.queues);
-        let at = queues
-            .iter()
-            .position(|queue| queue.waiting.front().is_some_and(&may))?;
-        let mut queue = queues.remove(at)?;
-        let next = queue.waiting.pop_front()?;
-        queue.bytes -= next.size;
-        self.gauge.remove(next.size);
-        if !queue.waiting.is_empty() {
-            queues.push_back(queue);
+        for at in 0.. {
+            let mut queues = lock(&self.queues);
+            let queue = queues.get_mut(at)?;
+            let client = queue.client;
+            let Some(first) = queue.waiting.pop_front() else {
+                continue;
+            };
+            queue.is_out = true;
+            drop(queues);
+            let is_served = may(&first);
+            let mut queues = lock(&self.queues);
+            // Others may have been removed meanwhile, and this one is there.
+            let here = |queue: &ClientQueue<C, S>| queue.client == client;
+            let place = queues.get(at).filter(|queue| here(queue)).map(|_| at);
+            let place = place.or_else(|| queues.iter().position(here))?;
+            let queue = &mut queues[place];
+            queue.is_out = false;
+            if !is_served {
+                let place = queue
+                    .waiting
+                    .partition_point(|request| request.order < first.order);
+                queue.waiting.insert(place, first);
+                continue;
+            }
+            queue.bytes -= first.size;
+            self.gauge.remove(first.size);
+            if let Some(queue) = queues.remove(place).filter(|q| !q.waiting.is_empty()) {
+                queues.push_back(queue);
+            }
+            return Some(first);
         }
-        Some(next)
+        None
     }
 
     /// Adds a request of `client` with a body of `size` bytes. It comes before the waiting requests
@@ -108,7 +133,7 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
             removed.push(last.sample);
         }
         self.gauge.add(size);
-        queues.retain(|queue| !queue.waiting.is_empty());
+        queues.retain(|queue| queue.is_out || !queue.waiting.is_empty());
         let own = queues.iter_mut().find(|queue| queue.client == client);
         let waiting = QueuedRequest {
             sample,
@@ -126,6 +151,7 @@ impl<C: PartialEq, S> RequestQueues<C, S> {
                 client,
                 waiting: VecDeque::from([waiting]),
                 bytes: size,
+                is_out: false,
             });
         }
         removed
@@ -162,6 +188,25 @@ mod tests {
             left += 1;
         }
         assert!(left <= (1 << 20) / OVERHEAD, "{left}");
+        assert_eq!(queues.gauge().bytes(), 0);
+    }
+
+    #[test]
+    fn requests_arrive_while_one_is_looked_at() {
+        let queues = RequestQueues::new(1 << 20);
+        queues.put((1, 0), 8, 'a');
+        queues.put((2, 0), 8, 'b');
+        // What comes meanwhile does not wait, and what is not served keeps its place.
+        let next = queues.next(|request| {
+            queues.put((1, 0), 8, 'c');
+            queues.put((3, 0), 8, 'd');
+            request.sample != 'a'
+        });
+        assert_eq!(next.map(|next| next.sample), Some('b'));
+        let rest = std::iter::from_fn(|| queues.next(|_| true));
+        let rest: String = rest.map(|next| next.sample).collect();
+        // Twice `c` and `d`: `may` was asked twice.
+        assert_eq!(rest, "adcdc");
         assert_eq!(queues.gauge().bytes(), 0);
     }
 
