@@ -348,10 +348,10 @@ impl<'a> Resolver<'a> {
             .find(|(word, _)| word.text.eq_ignore_ascii_case("exact"))
         {
             let message =
-                "an exact recording is of one component, not of a network, a group or its proxy";
+                "`record` with `exact` records a component, not a network, a group or a proxy";
             let error = Diagnostic::error("misplaced-record", exact.span, message);
             return self.found.push(error.help(
-                "write `record { exact; };` in the components that are to live again: behind a proxy, those inside",
+                "write `record { exact; };` in each component to record; behind a proxy, in those inside",
             ));
         }
         if let Some(group) = context.group {

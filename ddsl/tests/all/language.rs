@@ -500,14 +500,14 @@ fn external_slots() {
     );
 }
 
-/// A network, a group and its proxy have none, and are told where to write it.
+/// A network, a group and its proxy have none: the message says where to write it.
 #[test]
 fn exact_recordings_are_of_components() {
     check(
         "record { exact; };\nGroup g { record { exact; }; Component a { cdsl \"a\"; record { exact; }; }; export A; proxy; };",
         &expect![[r#"
-            n.ddsl:2:10: error[misplaced-record]: an exact recording is of one component, not of a network, a group or its proxy (write `record { exact; };` in the components that are to live again: behind a proxy, those inside)
-            n.ddsl:3:20: error[misplaced-record]: an exact recording is of one component, not of a network, a group or its proxy (write `record { exact; };` in the components that are to live again: behind a proxy, those inside)
+            n.ddsl:2:10: error[misplaced-record]: `record` with `exact` records a component, not a network, a group or a proxy (write `record { exact; };` in each component to record; behind a proxy, in those inside)
+            n.ddsl:3:20: error[misplaced-record]: `record` with `exact` records a component, not a network, a group or a proxy (write `record { exact; };` in each component to record; behind a proxy, in those inside)
         "#]],
     );
 }

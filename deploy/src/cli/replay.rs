@@ -190,20 +190,12 @@ fn recording(options: &Replay) -> Result<PathBuf, Failure> {
         if file.exists() {
             return Ok(file);
         }
-        let names = recorded.iter().map(|(name, _)| name.as_str());
-        let hint = match rc_diagnostics::nearest(component, names.clone()) {
-            Some(near) => format!("did you mean `{}`?", clean(near)),
-            None => format!(
-                "there is one of {}",
-                clean(&names.collect::<Vec<_>>().join(", "))
-            ),
-        };
+        let names: Vec<String> = recorded.iter().map(|(name, _)| clean(name)).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let (component, hint) = (clean(component), hint(component, &names));
         return Err(Failure(
             2,
-            format!(
-                "{network} has no exact recording of `{}`; {hint}",
-                clean(component)
-            ),
+            format!("{network} has no exact recording of `{component}`; {hint}"),
         ));
     }
     match recorded.as_slice() {
@@ -223,6 +215,14 @@ fn recording(options: &Replay) -> Result<PathBuf, Failure> {
                 format!("{network} has exact recordings of {names}; name one"),
             ))
         }
+    }
+}
+
+/// The component with the name next to `name`, or all of them.
+fn hint(name: &str, all: &[&str]) -> String {
+    match rc_diagnostics::nearest(name, all.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("it has those of {}", all.join(", ")),
     }
 }
 
@@ -285,13 +285,10 @@ fn find(file: &Path, component: Option<&str>) -> Result<RecordingStart, Failure>
             format!("{file} holds {}; name one", names.join(", ")),
         )),
         (Some(name), _) => {
-            let hint = match rc_diagnostics::nearest(name, names.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("there are {}", names.join(", ")),
-            };
+            let (component, hint) = (clean(name), hint(name, &names));
             Err(Failure(
                 1,
-                format!("{file} holds no exact recording of `{name}`; {hint}"),
+                format!("{file} holds no exact recording of `{component}`; {hint}"),
             ))
         }
     }

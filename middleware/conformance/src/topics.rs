@@ -6,7 +6,7 @@ use crate::network::{
 };
 use rc_middleware::now;
 use rc_middleware::{Durability, Endpoint, Gaps, Header, OpenError, Qos, TypeIdentity, wait};
-use std::sync::Barrier;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
@@ -107,18 +107,18 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
     let topic = keep_last(100, &endpoint("default/Laser/scan"));
     let backend = network.join("subscriber");
     let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
-    let start = Barrier::new(5);
+    let all_met = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (done, all_done) = channel::<()>();
         let all_done = std::sync::Arc::new(std::sync::Mutex::new(all_done));
         for number in 0..4_u8 {
             let (network, topic, all_done) = (&network, &topic, all_done.clone());
-            let start = &start;
+            let all_met = &all_met;
             scope.spawn(move || {
                 let backend = network.join("publisher");
                 let mut publisher = backend.publisher(topic).expect("a publisher");
                 network.meet(|| publisher.peers() == 1);
-                start.wait();
+                until("all have met", || all_met.load(Ordering::Relaxed));
                 for sequence in 1..=EACH {
                     publisher
                         .publish(header(sequence), &[number])
@@ -130,7 +130,7 @@ pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
             });
         }
         network.meet(|| subscriber.peers() == 4);
-        start.wait();
+        all_met.store(true, Ordering::Relaxed);
         let values = receive(&mut *subscriber, 4 * EACH as usize);
         drop(done);
         for number in 0..4_u8 {

@@ -27,8 +27,6 @@ pub(super) struct Wiring {
     files: Vec<Option<PathBuf>>,
     pub(super) sources_files: HashMap<SourceId, PathBuf>,
     keys: Keys,
-    /// Whether the components of proxies are made.
-    has_proxies: bool,
     found: Diagnostics,
 }
 
@@ -144,7 +142,6 @@ impl Wiring {
             files: Vec::new(),
             sources_files: HashMap::new(),
             keys: Keys::default(),
-            has_proxies: false,
             found: Diagnostics::new(),
         }
     }
@@ -193,16 +190,13 @@ impl Wiring {
 
     /// Makes the components of proxies, which have no files.
     fn make_proxies(&mut self, loader: &FileLoader) {
-        if !self.has_proxies {
-            self.has_proxies = true;
-            let tools = (&mut self.sources, loader as _);
-            rc_codegen::proxies::make(
-                &mut self.deployment,
-                &mut self.components,
-                tools,
-                &mut self.found,
-            );
-        }
+        let tools = (&mut self.sources, loader as _);
+        rc_codegen::proxies::make(
+            &mut self.deployment,
+            &mut self.components,
+            tools,
+            &mut self.found,
+        );
     }
 
     /// The component of a file. Reports a file that cannot be read.
@@ -267,7 +261,7 @@ impl Wiring {
                 all.push(end);
             }
         }
-        // What is declared of a slot of a proxy is declared of the one inside.
+        // A slot of a proxy is declared where the slot behind it is.
         for (number, group) in deployment.groups.iter().enumerate().rev() {
             let Some(proxy) = &group.proxy else { continue };
             let behind = rc_ddsl::proxied(&deployment, &components, number);
