@@ -76,7 +76,7 @@ pub(crate) fn show(network: Option<&OsStr>, request: &Request) -> Result<(), Fai
         });
     };
     let model = Arc::new(InnerModel::new());
-    model.restore(Time::ZERO, &first?);
+    model.restore(Time::ZERO, first?.as_ref());
     let followed = Arc::clone(&model);
     let is_closed = Arc::new(AtomicBool::new(false));
     let closed = Arc::clone(&is_closed);
