@@ -429,7 +429,6 @@ fn on_two_hosts(test: &str, size: Size, domain: u32) {
         host(at).unwrap_or_default()
     });
     agents.up = vec![format!("RC_SSH={}", robot.ssh())];
-    agents.stranger = Some(domain);
     agents.run();
 }
 
