@@ -1,6 +1,7 @@
 use super::*;
 use rc_middleware::freshness::Made;
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 fn sample(at: u64, length: usize) -> Collected {
@@ -193,17 +194,27 @@ fn random_sequences_match_as_all_combinations_do() {
 #[test]
 fn random_sequences_match_as_those_of_message_filters() {
     let test = "rc-runtime: random_sequences_match_as_those_of_message_filters";
-    let python = ["/usr/bin/python3", "python3"];
-    let python = python.into_iter().find(|python| {
-        let mut command = Command::new(python);
-        let command = command.args([
-            "-c",
-            "import importlib.util as u, sys; sys.exit(not u.find_spec('message_filters'))",
-        ]);
-        command.status().is_ok_and(|status| status.success())
-    });
-    let Some(python) = python else {
-        return rc_test_support::python::skipped(test, "python3-message-filters is not there");
+    // Debian's interpreter, because it finds Debian's packages.
+    let usual = Path::new("/usr/bin/python3");
+    let python = |place: Option<&Path>| {
+        let mut command = Command::new(if usual.exists() {
+            usual
+        } else {
+            Path::new("python3")
+        });
+        if let Some(place) = place {
+            command.env("PYTHONPATH", place.join("usr/lib/python3/dist-packages"));
+        }
+        command
+    };
+    let works = |place: Option<&Path>| {
+        let look = "import importlib.util as u, sys; sys.exit(not u.find_spec('message_filters'))";
+        let status = python(place).args(["-c", look]).status();
+        status.is_ok_and(|status| status.success())
+    };
+    let place = match rc_test_support::debian::provided("python3-message-filters", &works) {
+        Ok(place) => place,
+        Err(reason) => return rc_test_support::python::skipped(test, &reason),
     };
     let mut random = fastrand::Rng::with_seed(7);
     let (mut sequences, mut expected) = (String::new(), Vec::new());
@@ -236,7 +247,7 @@ fn random_sequences_match_as_those_of_message_filters() {
         env!("CARGO_MANIFEST_DIR"),
         "/src/collect/message_filters.py"
     );
-    let mut child = Command::new(python)
+    let mut child = python(place.as_deref())
         .arg(script)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -131,18 +131,12 @@ fn text(index: &Index) -> String {
     out
 }
 
-/// Text as HTML shows it.
-fn escaped(text: &str) -> String {
-    let text = clean(text).replace('&', "&amp;").replace('<', "&lt;");
-    text.replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// A table of rows of cells.
 fn table(out: &mut String, titles: &[&str], rows: impl Iterator<Item = Vec<String>>) {
     let line = |out: &mut String, tag: &str, cells: &[String]| {
         let cells = cells
             .iter()
-            .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
+            .map(|cell| format!("<{tag}>{}</{tag}>", rc_drawing::xml(&clean(cell))));
         let _ = writeln!(out, "<tr>{}</tr>", cells.collect::<String>());
     };
     out.push_str("<table><thead>\n");
