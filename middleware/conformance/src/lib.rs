@@ -30,6 +30,8 @@ pub mod topics;
 pub mod typed;
 pub mod values;
 
+pub use network::domain;
+
 use rc_middleware::{Backend, Environment, OpenError, RunDirectory};
 use std::path::PathBuf;
 

@@ -155,6 +155,15 @@ impl Drop for Network<'_> {
     }
 }
 
+/// A domain of DDS for a network of this suite, `tNUMBER-PID`: the networks of one test have different
+/// ones. Other tests use 0 to 19, and another run on the same machine begins elsewhere.
+pub fn domain(network: &str) -> i64 {
+    let mut numbers = network.trim_start_matches('t').split('-');
+    let mut number = || numbers.next().and_then(|n| n.parse::<i64>().ok());
+    let (number, pid) = (number().unwrap_or_default(), number().unwrap_or_default());
+    20 + (number + 37 * pid) % 80
+}
+
 /// Stops what waits for a wake event, also when a test fails.
 pub struct StopOnDrop<'a>(pub &'a WakeEvent);
 

@@ -18,9 +18,6 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// The domain of each network. Nobody else is on its cable.
-const DOMAIN: i64 = 19;
-
 /// Which ends are on which of the two hosts.
 #[derive(Clone, Copy)]
 enum Split {
@@ -62,8 +59,9 @@ impl Hosts {
     /// What a component on this host is told.
     fn environment(&self, side: usize, environment: &Environment) -> Environment {
         let mut environment = environment.clone();
+        let domain = rc_conformance::domain(&environment.network);
         let mut set = |key, value| environment.settings.set("dds", key, value);
-        set("domain", Value::Int(DOMAIN));
+        set("domain", Value::Int(domain));
         // Sixty-four components in one process announce themselves slowly.
         set("lease", Value::Duration(Duration::from_secs(10)));
         let interface = self.host(side).unwrap_or("lo").to_owned();

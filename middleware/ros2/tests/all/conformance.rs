@@ -7,20 +7,10 @@ use std::time::Duration;
 
 struct Ros2;
 
-/// The domain of a network of these tests, `tNUMBER-PID`. Another run on the same machine begins
-/// elsewhere.
-fn domain(network: &str) -> Value {
-    let mut numbers = network.trim_start_matches('t').split('-');
-    let mut number = || numbers.next().and_then(|n| n.parse::<u32>().ok());
-    let (number, pid) = (number().unwrap_or_default(), number().unwrap_or_default());
-    let domain = 20 + number.wrapping_add(pid.wrapping_mul(37)) % 80;
-    Value::Int(domain.into())
-}
-
 impl rc_conformance::Subject for Ros2 {
     fn connect(&self, environment: &Environment) -> Result<Box<dyn Backend>, OpenError> {
         let mut environment = environment.clone();
-        let domain = domain(&environment.network);
+        let domain = Value::Int(rc_conformance::domain(&environment.network));
         environment.settings.set("ros2", "domain", domain);
         let interfaces = Value::Texts(vec!["lo".to_owned()]);
         environment.settings.set("ros2", "interfaces", interfaces);
