@@ -1,7 +1,7 @@
 //! The types of a world with their names, as every language prints them.
 
 use crate::collisions::{bare, free};
-use crate::view::world::{Attribute as Declared, Type as DeclaredType, World};
+use crate::view::world::{Attribute as Declared, Parameter as Kinds, Type as DeclaredType, World};
 use graph_language::model::Kind;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -20,6 +20,8 @@ pub(crate) struct Spelling {
     pub(crate) members: &'static [&'static str],
     /// The arguments of every function.
     pub(crate) arguments: &'static [&'static str],
+    /// The documentation of a query with this text.
+    pub(crate) documentation: fn(&str) -> String,
     /// Whether an attribute is set by a function of its own.
     pub(crate) has_setters: bool,
 }
@@ -66,17 +68,43 @@ pub(crate) struct Attribute<'a, A> {
     own: A,
 }
 
+/// A query that the schema names. `P` is what a language adds to a parameter.
+#[derive(Debug, Serialize)]
+pub(crate) struct Query<'a, P> {
+    name: &'a str,
+    doc: String,
+    /// The function that runs it.
+    function: String,
+    parameters: Vec<Parameter<'a, P>>,
+}
+
+/// A parameter of a query.
+#[derive(Debug, Serialize)]
+struct Parameter<'a, P> {
+    name: &'a str,
+    argument: String,
+    #[serde(flatten)]
+    own: P,
+}
+
+/// The types of a world, and its queries.
+pub(crate) struct Declarations<'a, T, A, P> {
+    pub(crate) types: Vec<Type<'a, T, A>>,
+    pub(crate) queries: Vec<Query<'a, P>>,
+}
+
 fn taken(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// The types of a world.
-pub(crate) fn of<'a, T, A: Clone>(
+/// The types of a world, and the queries of its schema.
+pub(crate) fn of<'a, T, A: Clone, P>(
     world: &'a World,
     spelling: &Spelling,
     own: impl Fn(&'a DeclaredType) -> T,
     attribute: impl Fn(&'a Declared) -> A,
-) -> Vec<Type<'a, T, A>> {
+    parameter: impl Fn(Kinds) -> P,
+) -> Declarations<'a, T, A, P> {
     let (mut types, mut functions) = (taken(spelling.types), taken(spelling.functions));
     let one = |of: &'a DeclaredType| {
         let ty = free((spelling.ty)(&of.name), &mut types);
@@ -139,5 +167,23 @@ pub(crate) fn of<'a, T, A: Clone>(
             own: own(of),
         }
     };
-    world.types.iter().map(one).collect()
+    let types = world.types.iter().map(one).collect();
+    let queries = world.queries.iter().map(|declared| {
+        let mut arguments = taken(spelling.arguments);
+        let parameters = declared.parameters.iter().map(|(name, kind)| Parameter {
+            name,
+            argument: free((spelling.argument)(name), &mut arguments),
+            own: parameter(*kind),
+        });
+        Query {
+            name: &declared.name,
+            doc: (spelling.documentation)(&declared.text),
+            parameters: parameters.collect(),
+            function: free((spelling.function)(&declared.name), &mut functions),
+        }
+    });
+    Declarations {
+        types,
+        queries: queries.collect(),
+    }
 }

@@ -177,6 +177,9 @@ class View:
         edges = self._snapshot.edges(kind.KIND, self._end(start), self._end(end))
         return kind(edges[0]) if edges else None
 
+    def _query(self, name: str, *parameters: tuple[str, Any]) -> list[Any]:
+        return self._snapshot.run(name, dict(parameters))
+
     def _end(self, end: str | Node) -> GraphNode:
         return self._snapshot.node(end) if isinstance(end, str) else end.element
 

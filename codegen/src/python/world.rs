@@ -2,7 +2,7 @@
 
 use super::{documentation, layout, names};
 use crate::view;
-use crate::world_types::{self, Spelling};
+use crate::world_types::{self, Declarations, Spelling};
 use graph_language::model::Kind;
 use rc_vocabulary::Role;
 use serde::Serialize;
@@ -17,17 +17,19 @@ const SPELLING: Spelling = Spelling {
     ],
     functions: &[
         "add_edge", "add_node", "all", "edge", "graph", "node", "token", "_end", "_one", "_edge",
-        "_new", "_between",
+        "_new", "_between", "_query",
     ],
     members: &[
         "IS_EDGE", "KIND", "element", "end", "get", "id", "remove", "set", "start", "type",
         "_edit", "_of",
     ],
     arguments: &["self"],
+    documentation: |text| documentation::docstring(8, &[format!("`{text}`")]),
     has_setters: false,
 };
 
 type Type<'a> = world_types::Type<'a, Documentation, Attribute>;
+type Query<'a> = world_types::Query<'a, Parameter>;
 
 /// The world of a component.
 #[derive(Debug, Serialize)]
@@ -41,10 +43,18 @@ pub(crate) struct World<'a> {
     rights: Vec<String>,
     everything: bool,
     types: Vec<Type<'a>>,
+    queries: Vec<Query<'a>>,
     handlers: Vec<Handler>,
     /// Numbers of slots as literals.
     publishes: String,
     receives: String,
+}
+
+/// The type of an argument of a query, and what makes a value of it.
+#[derive(Debug, Serialize)]
+struct Parameter {
+    ty: &'static str,
+    make: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -78,7 +88,8 @@ impl World<'_> {
 
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
-    let types = world_types::of(world, &SPELLING, documentation, attribute);
+    let Declarations { types, queries } =
+        world_types::of(world, &SPELLING, documentation, attribute, parameter);
     let read = types.iter().filter(|of| of.is_read);
     let handlers = read.map(|of| {
         let name = of.handler.clone();
@@ -117,6 +128,7 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
         everything: world.writes.is_none(),
         handlers: handlers.collect(),
         types,
+        queries,
         publishes: format!("({})", publishes.join(", ")),
         receives: format!("({})", receives.join(", ")),
     })
@@ -154,6 +166,20 @@ fn documentation(of: &view::world::Type) -> Documentation {
     Documentation {
         doc: documentation::docstring_or(4, &of.doc, doc),
     }
+}
+
+fn parameter(kind: view::world::Parameter) -> Parameter {
+    use view::world::Parameter as Kinds;
+    let (ty, make) = match kind {
+        Kinds::Bool => ("bool", ""),
+        Kinds::Int => ("int", ""),
+        Kinds::Float => ("float", ""),
+        Kinds::Text => ("str", ""),
+        Kinds::Bytes => ("bytes", ""),
+        Kinds::Pose => ("_abc.Sequence[float]", "list"),
+        Kinds::Node => ("str | _shared.Node", "self._end"),
+    };
+    Parameter { ty, make }
 }
 
 fn attribute(of: &view::world::Attribute) -> Attribute {

@@ -4,7 +4,7 @@ use super::handlers::Handler;
 use super::names;
 use super::worker_traits::WorkerTrait;
 use crate::view;
-use crate::world_types::{self, Spelling};
+use crate::world_types::{self, Declarations, Spelling};
 use graph_language::model::Kind;
 use serde::Serialize;
 
@@ -34,10 +34,12 @@ const SPELLING: Spelling = Spelling {
         "as_ref", "borrow", "clone", "deref", "edit", "id", "remove", "set_in",
     ],
     arguments: &[],
+    documentation: |text| format!("`{text}`"),
     has_setters: true,
 };
 
 type Type<'a> = world_types::Type<'a, Documentation<'a>, Attribute<'a>>;
+type Query<'a> = world_types::Query<'a, Parameter>;
 
 /// The world of a component.
 #[derive(Debug, Serialize)]
@@ -54,6 +56,7 @@ pub(crate) struct World<'a> {
     rights: Vec<String>,
     everything: bool,
     types: Vec<Type<'a>>,
+    queries: Vec<Query<'a>>,
     /// Whether a type is read.
     reads: bool,
     /// The numbers of the slots that publish.
@@ -91,9 +94,17 @@ struct Attribute<'a> {
     value: &'static str,
 }
 
+/// The type of an argument of a query, and the function that makes a value of it.
+#[derive(Debug, Serialize)]
+struct Parameter {
+    ty: &'static str,
+    make: &'static str,
+}
+
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
-    let types = world_types::of(world, &SPELLING, documentation, attribute);
+    let Declarations { types, queries } =
+        world_types::of(world, &SPELLING, documentation, attribute, parameter);
     let read = types.iter().filter(|of| of.is_read);
     let mut handlers: Vec<Handler> = read
         .map(|of| {
@@ -126,6 +137,7 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
         handlers,
         reads: types.iter().any(|of| of.is_read),
         types,
+        queries,
     })
 }
 
@@ -181,6 +193,20 @@ fn right(write: &view::world::Written) -> String {
 
 fn documentation(of: &view::world::Type) -> Documentation<'_> {
     Documentation { doc: &of.doc }
+}
+
+fn parameter(kind: view::world::Parameter) -> Parameter {
+    use view::world::Parameter as Kinds;
+    let (ty, make) = match kind {
+        Kinds::Bool => ("bool", "plain"),
+        Kinds::Int => ("i64", "plain"),
+        Kinds::Float => ("f64", "plain"),
+        Kinds::Text => ("&str", "plain"),
+        Kinds::Bytes => ("&[u8]", "bytes"),
+        Kinds::Pose => ("[f64; 6]", "pose"),
+        Kinds::Node => ("impl typed::End", "node"),
+    };
+    Parameter { ty, make }
 }
 
 fn attribute(of: &view::world::Attribute) -> Attribute<'_> {

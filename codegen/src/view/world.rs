@@ -23,6 +23,9 @@ pub struct World {
     /// The types of the schema.
     #[serde(skip)]
     pub types: Vec<Type>,
+    /// The queries that the schema names.
+    #[serde(skip)]
+    pub queries: Vec<Query>,
     /// The files of the schema, the one that the component names first: names and texts.
     #[serde(skip)]
     pub files: Vec<(String, String)>,
@@ -58,6 +61,36 @@ pub struct Type {
     pub is_read: bool,
 }
 
+/// A query that the schema names.
+#[derive(Debug)]
+pub struct Query {
+    /// Name in the schema.
+    pub name: String,
+    /// Parameters: names and types.
+    pub parameters: Vec<(String, Parameter)>,
+    /// The text, in openCypher, on one line.
+    pub text: String,
+}
+
+/// The type of a parameter of a query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// `bool`
+    Bool,
+    /// `int`, `long`
+    Int,
+    /// `float`, `double`
+    Float,
+    /// `string`
+    Text,
+    /// `bytes`
+    Bytes,
+    /// `pose`: x, y, z and the angles about x, y, z.
+    Pose,
+    /// A node of an entity.
+    Node,
+}
+
 /// An attribute of a type.
 #[derive(Debug)]
 pub struct Attribute {
@@ -88,6 +121,7 @@ pub(super) fn of(project: &Project) -> Option<World> {
             reads.map(|kind| kind.text.clone()).collect()
         }),
         types: types(&world.schema, access),
+        queries: world.schema.queries.iter().map(query).collect(),
         files: world.files.clone(),
     })
 }
@@ -99,6 +133,26 @@ fn written(write: &rc_cdsl::model::Write) -> Written {
         attribute: write.attribute.as_ref().map(|name| name.text.clone()),
         stream_ns: write.stream.map(nanoseconds),
         shared: write.shared,
+    }
+}
+
+fn query(declared: &graph_language::model::Query) -> Query {
+    let kind = |kind: &str| match kind {
+        "bool" => Parameter::Bool,
+        "int" | "long" => Parameter::Int,
+        "float" | "double" => Parameter::Float,
+        "string" => Parameter::Text,
+        "bytes" => Parameter::Bytes,
+        "pose" => Parameter::Pose,
+        _ => Parameter::Node,
+    };
+    let parameters = declared.parameters.iter();
+    Query {
+        name: declared.name.clone(),
+        parameters: parameters
+            .map(|(name, of)| (name.clone(), kind(of)))
+            .collect(),
+        text: declared.text.replace(char::is_control, " "),
     }
 }
 

@@ -27,6 +27,14 @@ fn a_room_that_another_component_adds_gets_a_door() -> Result<(), WorkerError> {
     assert_eq!(at.translation, [1.2, 0.0, 0.0]);
     test.run(&mut worker, Duration::from_millis(100))?;
 
+    let doors = test.g.snapshot().doors_of("kitchen")?;
+    assert_eq!(doors.columns, ["name", "width"]);
+    assert_eq!(doors.cells, [["front".into(), 0.8.into()]]);
+    let refused = test.g.snapshot().doors_of("front");
+    let reason = refused.expect_err("it is no room").to_string();
+    let expected = "the parameter `$room` is `(front:door)`, expected a node of type `room`";
+    assert_eq!(reason, expected);
+
     // The others get the door, and the value of its stream.
     test.g.meet(&others)?;
     let now = others.snapshot();

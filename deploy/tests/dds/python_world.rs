@@ -53,6 +53,7 @@ class SpecificWorker(Worker):
         rt = now.rt("kitchen", "front")
         say("edge", rt and rt.pose, now.rt("front", "kitchen"))
         say("at", ctx.g.transform("kitchen", (1.0, 0.0, 0.0), "front"))
+        say("doors", now.doors_of("kitchen"), now.doors_of(now.node("kitchen"))[0].name)
         say("rows", now.graph.query("MATCH (d:door) WHERE d.width > 0.5 RETURN d.name"))
         for wrong in (self.range, self.right, self.name, self.member):
             try:
@@ -116,6 +117,7 @@ fn a_worker_in_python_shares_a_world_with_one_in_rust() {
         "behind ff:1 True",
         "edge [1.2, 0.0, 0.0, 0.0, 0.0, 0.0] None",
         "at (2.2, 0.0, 0.0)",
+        "doors [Row(name='front', width=0.8)] front",
         "rows [Row(",
         "refused ValueError `width` of `door` is in 0:inf m, found -1",
         "refused ValueError this component does not write `room`",

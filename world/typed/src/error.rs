@@ -45,6 +45,11 @@ pub enum Error {
     /// A unit is none, or no unit of the attribute's kind.
     #[error("{0}")]
     Unit(String),
+    /// A query that the schema names fails: an argument is of another type, or it takes more steps or rows
+    /// than a query may.
+    #[cfg(feature = "queries")]
+    #[error(transparent)]
+    Query(Box<graph_query::Error>),
     /// The replica does not have a change yet, nor within the time that was given to it.
     #[error("the replica does not have the change {0} yet")]
     Behind(Token),

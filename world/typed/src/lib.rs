@@ -13,6 +13,8 @@ mod edit;
 mod error;
 mod kind;
 mod overruled;
+#[cfg(feature = "queries")]
+pub mod query;
 pub mod read;
 mod schema;
 mod units;

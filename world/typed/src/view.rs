@@ -61,6 +61,11 @@ pub(crate) fn single(
 }
 
 impl View {
+    /// The version without types.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.0
+    }
+
     /// All elements of a type, and of those that inherit from it.
     pub fn all<K: Kind>(&self) -> impl Iterator<Item = K::In<'_>> {
         K::all(&self.0)

@@ -22,4 +22,4 @@ pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"door_finder\",\"model\":\"f7a3f5644e319be0\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"door_finder\",\"model\":\"a30e882c237e1dc3\",\"middleware\":\"iceoryx2\"}\0";

@@ -28,7 +28,7 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "door_finder",
-    model_hash: 0xf7a3f5644e319be0,
+    model_hash: 0xa30e882c237e1dc3,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: None,

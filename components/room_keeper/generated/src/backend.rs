@@ -22,4 +22,4 @@ pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"room_keeper\",\"model\":\"02f82d953218d483\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"room_keeper\",\"model\":\"6945968620d2b8f3\",\"middleware\":\"iceoryx2\"}\0";

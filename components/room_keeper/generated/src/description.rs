@@ -29,7 +29,7 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "room_keeper",
-    model_hash: 0x02f82d953218d483,
+    model_hash: 0x6945968620d2b8f3,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -28,4 +28,4 @@ pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_peer\",\"model\":\"70f083ea67e5740e\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_peer\",\"model\":\"cb072134caffc5b3\",\"middleware\":\"iceoryx2\"}\0";

@@ -59,7 +59,7 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "world_peer",
-    model_hash: 0x70f083ea67e5740e,
+    model_hash: 0xcb072134caffc5b3,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 5000000),
     parameters: Some(parameters::SCHEMA),

@@ -25,6 +25,7 @@ Domain home
         /// How far it is open: 0 is closed.
         opened float 0:1 optional;
     };
+    query doors_of(room room) "MATCH (r:room)-[:RT]->(d:door) WHERE r = $room RETURN d.name AS name, d.width AS width";
 };
 "#;
 /// What the component writes.
@@ -408,3 +409,10 @@ typed::writes! { ComposedByEdit;
 }
 typed::removes!(ComposedByEdit, remove_edge);
 typed::edit_edge!(edge, ComposedByEdit, "composed_by", composed_by, whole, part);
+
+static QUERIES: typed::query::Queries = typed::query::Queries::new();
+typed::query! {
+    /// `MATCH (r:room)-[:RT]->(d:door) WHERE r = $room RETURN d.name AS name, d.width AS width`
+    doors_of, "doors_of";
+    room: impl typed::End = typed::query::node, "room";
+}
