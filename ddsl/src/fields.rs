@@ -353,7 +353,7 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
 }
 /// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
 /// the component where the check of the network did not look.
-const OWN_OPTIONS: [(&str, &str); 13] = [
+const OWN_OPTIONS: [(&str, &str); 14] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -369,6 +369,7 @@ const OWN_OPTIONS: [(&str, &str); 13] = [
         "write `middleware auto;` into the deployment",
     ),
     ("--convert", "write `bind … { convert; };`"),
+    ("--providers", "it names the ends of its connections"),
     ("--frames", "write `bind … { convert { frames SLOT; }; };`"),
     ("--set", "write `parameters { NAME VALUE; };`"),
     (
@@ -377,6 +378,11 @@ const OWN_OPTIONS: [(&str, &str); 13] = [
     ),
     ("--member", "write a `Component` with the same `process`"),
 ];
+/// Whether `rcdeploy` gives components this option, so that no file can.
+pub fn is_own_option(option: &str) -> bool {
+    OWN_OPTIONS.iter().any(|(own, _)| *own == option)
+}
+
 /// The options with which a component does something else than to run.
 const NO_RUN: [&str; 8] = [
     "--replay",

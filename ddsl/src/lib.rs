@@ -39,6 +39,7 @@ mod units;
 pub use adaptors::{Adaptor, Origin, add_adaptors};
 pub use connect::connect;
 pub use endpoint::Endpoint;
+pub use fields::is_own_option;
 pub use members::expand;
 pub use model::Deployment;
 pub use network::{Connection, ConnectionDiagnostic, Network};

@@ -18,7 +18,7 @@ const REMOTE: Middleware = Middleware::BETWEEN_HOSTS;
 pub(crate) struct Choice {
     /// The middleware of slots that do not choose one.
     pub(crate) middleware: Middleware,
-    /// For `middleware auto;`, the middleware between hosts.
+    /// For `middleware auto;`, which holds without a clause, the middleware between hosts.
     pub(crate) auto: Option<Middleware>,
     /// The settings, each key of a middleware once.
     pub(crate) settings: Vec<Setting>,
@@ -28,7 +28,7 @@ impl Default for Choice {
     fn default() -> Self {
         Self {
             middleware: Middleware::DEFAULT,
-            auto: None,
+            auto: Some(REMOTE),
             settings: Vec::new(),
         }
     }

@@ -226,20 +226,20 @@ impl Server {
         Ok(())
     }
 
-    /// Reads the next component of a network. After the last one, connects them.
+    /// Reads the next component of a network. After the last one, checks the network.
     fn wire(&mut self) -> io::Result<()> {
-        let Some(wiring) = self.networks.read_next(&self.files.loader()) else {
+        let Some((path, checked)) = self.networks.read_next(&self.files.loader()) else {
             return Ok(());
         };
-        let (wired, sources, found) = wiring.connected();
-        let path = wiring.path.as_path();
-        let files = self.editor.addressed(&wiring.sources_files);
-        let check = (path, Phase::Network);
+        let files = self.editor.addressed(&checked.keys);
+        let check = (path.as_path(), Phase::Network);
         let encoding = self.editor.encoding();
+        let sources = &checked.sources;
         let changed = self
             .findings
-            .checked(check, sources, &files, &found, encoding);
-        self.networks.put(path, wired);
+            .checked(check, sources, &files, &checked.found, encoding);
+        self.findings.also_reads(&path, checked.files);
+        self.networks.put(&path, checked.wired);
         for target in changed {
             self.publish(&target)?;
         }
@@ -280,8 +280,7 @@ impl Server {
             self.files.put(path, names);
         }
         if path.extension().is_some_and(|ending| ending == "ddsl") {
-            let network = looked.network.filter(|_| !found.has_errors());
-            changed.extend(self.begin_wiring(path, network, looked.sources));
+            changed.extend(self.begin_wiring(path, looked.network, looked.sources));
         }
         for part in parts {
             self.waiting.push(&part);
@@ -294,9 +293,9 @@ impl Server {
         Ok(())
     }
 
-    /// A network was checked: its connections are computed as soon as nothing else waits. Those of a
-    /// network with errors, or of one that is a part of another one, have no findings. Returns the files
-    /// whose findings changed.
+    /// The text of a network was checked: the network is as soon as nothing else waits. One that cannot be
+    /// parsed, or that is a part of another one, has no findings of its own. Returns the files whose
+    /// findings changed.
     fn begin_wiring(
         &mut self,
         path: &Path,

@@ -49,11 +49,11 @@ impl Connector<'_> {
     /// reaches all providers.
     fn of_consumer(&self, consumer: Endpoint, providers: &[Endpoint]) -> Middleware {
         let compatibility = &self.compatibility;
-        let chosen = compatibility.chosen(consumer);
+        let chosen = self.chosen(consumer, providers);
         let chosen = chosen.or_else(|| {
             let mut chosen = providers
                 .iter()
-                .filter_map(|end| compatibility.chosen(*end));
+                .filter_map(|end| self.chosen(*end, &[consumer]));
             chosen.next()
         });
         let slowest = || {
@@ -67,6 +67,17 @@ impl Connector<'_> {
         chosen.or_else(slowest).unwrap_or(Middleware::DEFAULT)
     }
 
+    /// The middleware that an end has by its component or the network. One of a program outside, or
+    /// with such a peer, chooses none by its connections, which are none at run time.
+    fn chosen(&self, end: Endpoint, peers: &[Endpoint]) -> Option<Middleware> {
+        let is_outside = |end: &Endpoint| end.instance >= self.count;
+        let chosen = self.compatibility.chosen(end);
+        chosen.or_else(|| {
+            let is_alone = is_outside(&end) || peers.iter().any(is_outside);
+            is_alone.then(|| self.instance(end).middleware)
+        })
+    }
+
     /// Whether the provider of a connection has the middleware of its consumer, or can have it.
     fn agrees(
         &self,
@@ -76,11 +87,11 @@ impl Connector<'_> {
     ) -> bool {
         let Connection { consumer, provider } = connection;
         let auto = |end| self.instance(end).auto;
-        let theirs = match self.compatibility.chosen(provider) {
+        let theirs = match self.chosen(provider, &[consumer]) {
             Some(theirs) => theirs,
             // Both choose by the places of the other one.
             None if middleware.can().joins_machines
-                && self.compatibility.chosen(consumer).is_none() =>
+                && self.chosen(consumer, &[provider]).is_none() =>
             {
                 auto(provider).unwrap_or(middleware)
             }
@@ -98,7 +109,8 @@ impl Connector<'_> {
         );
         let span = self.bind_span(connection);
         let error = Diagnostic::error("middleware-mismatch", span, message);
-        let chosen = [consumer, provider].map(|end| self.compatibility.chosen(end));
+        let chosen = [(consumer, provider), (provider, consumer)];
+        let chosen = chosen.map(|(end, peer)| self.chosen(end, &[peer]));
         found.push(match chosen {
             [None, None] => error.help("name the same middleware after `remote` for both"),
             [None, Some(_)] => error.help("a slot has one middleware for all its connections: give all its providers one, or `middleware auto`"),

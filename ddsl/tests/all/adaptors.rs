@@ -75,7 +75,7 @@ fn an_adaptor_connects_two_middlewares() {
         format!(
             "bind a.Pub -> b.Pub{block};\nbind a.Laser -> b.Laser{block};\n
             Group arm {{ export Pub, Laser; Component b {{ cdsl \"b\"; middleware dds; }}; }};
-            Component a {{ cdsl \"a\"; }};",
+            Component a {{ cdsl \"a\"; middleware iceoryx2; }};",
         )
         .replace("-> b.", "-> arm.")
     };
@@ -91,8 +91,8 @@ fn an_adaptor_connects_two_middlewares() {
     expect![[r#"
         a.Pub -> a_Pub_adaptor.consumer
         a.Laser -> a_Laser_adaptor.consumer
-        a_Pub_adaptor.provider -> arm.b.Pub
-        a_Laser_adaptor.provider -> arm.b.Laser"#]]
+        a_Pub_adaptor.provider -> arm.b.Pub over dds
+        a_Laser_adaptor.provider -> arm.b.Laser over dds"#]]
     .assert_eq(&made.join("\n"));
 }
 

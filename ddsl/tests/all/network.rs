@@ -6,6 +6,7 @@ use expect_test::{Expect, expect};
 use rc_cdsl::Component;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
+use rc_vocabulary::Middleware;
 use std::collections::HashMap;
 
 /// All interfaces of these tests.
@@ -140,13 +141,11 @@ fn connected(body: &str, described: &[(&str, &str)]) -> (Vec<String>, String) {
             let conversion = network.conversions.get(c);
             let converts = conversion.map(|made| format!(" converts {made} by {}", made.plan));
             let converts = converts.unwrap_or_default();
-            // Where connections choose it.
-            let ends = [c.consumer, c.provider].map(|end| deployment.instances[end.instance].auto);
-            let over = ends
-                .iter()
-                .any(Option::is_some)
-                .then(|| network.transports[c]);
-            let over = over.map_or(String::new(), |over| format!(" over {over}"));
+            let over = network.transports[c];
+            let over = match over {
+                Middleware::Iceoryx2 => String::new(),
+                over => format!(" over {over}"),
+            };
             format!(
                 "{} -> {}{converts}{over}",
                 name(c.consumer),
@@ -328,7 +327,7 @@ fn both_ends_must_agree_on_type_and_qos() {
     );
     connect(
         &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
-        "bind a.Laser -> b.Laser;",
+        "bind a.Laser -> b.Laser; middleware iceoryx2;",
         &expect![[r#"
             n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2` (a process can stand between them: `bind a.Laser -> b.Laser { convert via process; };`)
         "#]],

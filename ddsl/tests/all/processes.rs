@@ -167,7 +167,7 @@ fn a_component_with_an_interpreter_shares_no_process() {
             n.ddsl:2:53: error[process-interpreter]: `b` needs an interpreter of its own, and cannot be a thread of process `eyes`; the process at n.ddsl:2:9 (run it in a process of its own: leave `process` out of the component)
         "#]],
     );
-    expect!["b.Laser -> a.Laser"].assert_eq(&connections.join("\n"));
+    expect!["b.Laser -> a.Laser over local"].assert_eq(&connections.join("\n"));
     network(
         "Component a { cdsl \"a\"; };\nComponent b { cdsl \"b_python\"; process alone; };",
         &two,
@@ -185,5 +185,5 @@ fn components_of_a_process_are_connected_by_their_own_names_and_middlewares() {
         &[("a", "implements Laser;"), ("r", "requires Laser;")],
         &expect![""],
     );
-    expect!["r.Laser -> a.Laser"].assert_eq(&connections.join("\n"));
+    expect!["r.Laser -> a.Laser over local"].assert_eq(&connections.join("\n"));
 }

@@ -32,8 +32,8 @@ fn a_connection_is_in_a_process_on_a_host_or_between_hosts() {
         [
             "inside.Laser -> server.Laser over local",
             "inside.Pub -> server.Pub over local",
-            "beside.Laser -> server.Laser over iceoryx2",
-            "beside.Pub -> server.Pub over iceoryx2",
+            "beside.Laser -> server.Laser",
+            "beside.Pub -> server.Pub",
             "away.Laser -> server.Laser over dds",
             "away.Pub -> server.Pub over dds",
         ]
@@ -42,7 +42,7 @@ fn a_connection_is_in_a_process_on_a_host_or_between_hosts() {
     assert_eq!(
         ros[3..5],
         [
-            "beside.Pub -> server.Pub over iceoryx2",
+            "beside.Pub -> server.Pub",
             "away.Laser -> server.Laser over ros2"
         ]
     );
@@ -61,10 +61,7 @@ fn a_subscriber_has_the_middleware_that_reaches_all_its_publishers() {
     let connections = network(&body, &[hearer, ("server", "publishes Pub;")], &expect![""]);
     assert_eq!(
         connections,
-        [
-            "hearer.Pub -> near.Pub over iceoryx2",
-            "hearer.Pub -> far.Pub over iceoryx2",
-        ]
+        ["hearer.Pub -> near.Pub", "hearer.Pub -> far.Pub",]
     );
 }
 

@@ -91,9 +91,10 @@ impl Builder<'_> {
                 .process
                 .as_ref()
                 .map(|process| process.text.clone()),
-            middleware: match instance.auto {
-                Some(_) => "auto",
-                None => instance.middleware.word(),
+            middleware: match self.network.middlewares_of(at).as_slice() {
+                [_, _, ..] if instance.auto.is_some() => "auto",
+                [one] => one.word(),
+                _ => instance.middleware.word(),
             },
             clock: self.network.clocks[at].kind,
             external: false,

@@ -199,6 +199,36 @@ impl Unit {
     /// A failure of its process with what that printed last.
     pub(crate) fn failure(&self, reason: &str) -> String {
         let log = self.process_log.as_deref().unwrap_or(&self.log);
-        format!("{reason}; {}", logs::quote(log))
+        let said = logs::quote(log);
+        match unknown_option(&said) {
+            Some(option) => format!(
+                "{reason}; its program is of an older version, and does not know `{option}`: build it again with `rcdeploy up --build`; {said}"
+            ),
+            None => format!("{reason}; {said}"),
+        }
+    }
+}
+
+/// The option that a program refused, if it is one that `rcdeploy` passes: those of `args` are the
+/// user's.
+fn unknown_option(said: &str) -> Option<&str> {
+    let (_, refused) = said.rsplit_once("invalid option '")?;
+    let (option, _) = refused.split_once('\'')?;
+    rc_ddsl::is_own_option(option).then_some(option)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unknown_option;
+
+    #[test]
+    fn a_program_of_an_older_version_is_told_from_a_wrong_argument() {
+        let said = |option: &str| format!("base: invalid option '{option}'; see --help");
+        assert_eq!(unknown_option(&said("--providers")), Some("--providers"));
+        assert_eq!(unknown_option(&said("--speed")), None);
+        assert_eq!(
+            unknown_option("the log ends with invalid option '--bind"),
+            None
+        );
     }
 }

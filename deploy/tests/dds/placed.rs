@@ -2,6 +2,7 @@
 //! behind a real ssh server, over DDS.
 
 use crate::remote::{Robot, component};
+use crate::tools::tool;
 use rc_test_site::site::Site;
 use rc_test_support::cable::{Cable, cable};
 use rc_test_support::python::skipped;
@@ -119,4 +120,90 @@ fn restarts_there(site: &Site, robot: &Robot) {
         });
     }
     assert_eq!(site.ask("avoider", "status")["state"], "running");
+}
+
+/// A group behind its proxy on the other host: outside, everything is as if it were one component
+/// there.
+#[test]
+fn a_group_with_a_proxy_runs_on_another_host() {
+    let Some((mut site, _cable, robot)) = place("a_group_with_a_proxy_runs_on_another_host") else {
+        return;
+    };
+    site.network = "patrol_proxied".into();
+    site.monitor("trace", 0);
+    site.write_ddsl(
+        "Deployment patrol\n{\n    middleware auto;\n    middleware dds { domain 184; };\n    \
+         Host away { address \"10.77.0.2\"; user \"root\"; };\n    \
+         Group robot\n    {\n        \
+             Component simulator { cdsl \"../simulator/simulator.cdsl\"; host away; };\n        \
+             export Laser, DifferentialRobot, BatteryStatus, FullPoseEstimationPub;\n        proxy;\n    };\n    \
+         Component monitor { cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; };\n    \
+         Component avoider { cdsl \"../avoider/avoider.cdsl\"; };\n    \
+         bind avoider.Laser -> robot.Laser;\n    \
+         Chain drive { from avoider.DifferentialRobot.setSpeedBase; \
+             to robot.simulator.DifferentialRobot.setSpeedBase; within 10s; };\n};\n",
+    );
+    up(&site, &robot);
+    assert_eq!(middleware_of_laser(&site), "dds");
+    for name in ["robot", "robot.simulator"] {
+        assert_eq!(component(&site, name)["host"], "away", "{name}");
+    }
+    // Both sides of the proxy: DDS between the hosts, and the shared memory of the other one.
+    let mut number = 0;
+    Site::until("a recording of both sides", || {
+        number += 1;
+        let file = site.path(&format!("{number}.mcap"));
+        let name = file.display().to_string();
+        let recorded = ["record", &site.network, "-o", &name, "--length", "3s"];
+        let recorded = tool(&site, &recorded);
+        assert_eq!(recorded.code, 0, "{recorded:?}");
+        let info = rc_record::bag::Info::read(&file).expect("a recording");
+        let mut ends = [
+            "robot/FullPoseEstimationPub/newFullPose",
+            "robot/simulator/FullPoseEstimationPub/newFullPose",
+            "robot/Laser/getLaserData/_reply",
+            "robot/simulator/Laser/getLaserData/_reply",
+        ]
+        .into_iter();
+        ends.all(|end| {
+            let topic = info.topics.get(&format!("/{}/{end}", site.network));
+            topic.is_some_and(|topic| topic.count > 5)
+        })
+    });
+    for topic in [
+        "robot.FullPoseEstimationPub.newFullPose",
+        "robot-simulator.FullPoseEstimationPub.newFullPose",
+    ] {
+        let echoed = tool(&site, &["echo", &site.network, topic, "--once"]);
+        assert!(echoed.stdout.contains("\npose:\n"), "{echoed:?}");
+    }
+    Site::until("the chain to be measured", || {
+        let shown = site.rcdeploy(&["chains", &site.network, "--format", "json"], false);
+        let shown: serde_json::Value = serde_json::from_str(&shown.stdout).expect("JSON");
+        let chain = &shown["chains"][0];
+        chain["complete"].as_u64() >= Some(20) && chain["hops"].as_array().map(Vec::len) == Some(2)
+    });
+    let forwarded = &component(&site, "robot")["forwarded"]["Laser"];
+    assert!(forwarded["messages"].as_u64() > Some(20), "{forwarded}");
+
+    // Its death there is known here, and the group comes back as a whole.
+    let pid = component(&site, "robot.simulator")["pid"].as_i64();
+    let process = pid.and_then(|pid| Pid::from_raw(pid as i32));
+    kill_process(process.expect("a process"), Signal::KILL).expect("to kill it");
+    site.await_component("robot", |robot| robot["state"] == "failed");
+    let call = ["call", &site.network, "robot.DifferentialRobot.getBasePose"];
+    let refused = tool(&site, &call);
+    assert!(
+        refused.code != 0 && refused.stderr.contains("/robot/simulator/"),
+        "{refused:?}"
+    );
+    let start = site.rcdeploy(&["start", &site.network, "robot"], false);
+    assert_eq!(start.code, 0, "{start:?}");
+    site.await_component("robot", |robot| robot["state"] == "running");
+    let poses = site.count_in_log("monitor", "poses=");
+    Site::until("poses again", || {
+        site.count_in_log("monitor", "poses=") > poses
+    });
+    Site::until("calls again", || tool(&site, &call).code == 0);
+    down(&site, &robot);
 }

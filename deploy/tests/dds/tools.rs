@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Runs rcdeploy where the network runs.
-fn tool(site: &Site, args: &[&str]) -> CommandOutput {
+pub(crate) fn tool(site: &Site, args: &[&str]) -> CommandOutput {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     command.args(args);
     site.run(command)

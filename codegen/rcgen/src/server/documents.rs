@@ -108,7 +108,9 @@ impl Server {
         self.changed(&path);
         // Whether it is a file of InnerModel, its text says.
         if !check::is_wanted(&path) {
-            if component_of(&path).is_none() {
+            // A network may name a configuration that lies anywhere.
+            let is_configuration = path.extension().is_some_and(|ending| ending == "toml");
+            if component_of(&path).is_none() && !is_configuration {
                 self.editor.close(uri);
                 self.editor.take_from_disk(&path);
             }

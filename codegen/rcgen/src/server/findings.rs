@@ -41,7 +41,7 @@ struct Checked {
 pub(super) enum Phase {
     /// A file, as `rcgen check` judges it.
     File,
-    /// The connections of a network, which need all of its components.
+    /// A network with all of its components, as `rcdeploy check` judges it.
     Network,
 }
 
@@ -51,6 +51,8 @@ pub(super) struct Findings {
     checks: BTreeMap<(PathBuf, Phase), Checked>,
     /// By file and text: how many checks have a finding.
     shown: BTreeMap<PathBuf, BTreeMap<String, (usize, Finding)>>,
+    /// Files with another text, until a check has read it.
+    forgotten: BTreeSet<PathBuf>,
 }
 
 impl Findings {
@@ -71,7 +73,9 @@ impl Findings {
             found: Vec::new(),
         };
         let mut counts: BTreeMap<&PathBuf, usize> = BTreeMap::new();
-        let mut changed = BTreeSet::new();
+        let mut changed: BTreeSet<PathBuf> = BTreeSet::new();
+        let read = now.reads.iter();
+        changed.extend(read.filter_map(|path| self.forgotten.take(path)));
         for diagnostic in found.sorted() {
             // Interfaces that come with this program have no file.
             let target = place(diagnostic.span.source);
@@ -106,7 +110,15 @@ impl Findings {
         changed
     }
 
-    /// The connections of a network have no findings any more. Returns the files whose findings changed.
+    /// The last check of a network depends on these files, too.
+    pub(super) fn also_reads(&mut self, network: &Path, files: Vec<PathBuf>) {
+        let check = (network.to_path_buf(), Phase::Network);
+        if let Some(checked) = self.checks.get_mut(&check) {
+            checked.reads.extend(files);
+        }
+    }
+
+    /// A network as a whole has no findings any more. Returns the files whose findings changed.
     pub(super) fn unchecked(&mut self, network: &Path) -> BTreeSet<PathBuf> {
         let mut changed = BTreeSet::new();
         let before = self.checks.remove(&(network.to_path_buf(), Phase::Network));
@@ -134,6 +146,7 @@ impl Findings {
     /// A file has another text: the findings in the previous text have no places any more.
     pub(super) fn forget(&mut self, path: &Path) {
         self.shown.remove(path);
+        self.forgotten.insert(path.to_path_buf());
         for checked in self.checks.values_mut() {
             checked.found.retain(|(target, _)| target != path);
         }

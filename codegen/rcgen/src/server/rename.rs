@@ -306,7 +306,7 @@ impl Server {
         broken
     }
 
-    /// The errors of a file, by their places and codes; those of a network with its connections.
+    /// The errors of a file, by their places and codes; those of a network as a whole.
     fn errors(&self, file: &Path) -> BTreeMap<(String, &'static str), String> {
         let looked = self.files.look_at(file);
         let has_errors = looked.found.has_errors();
@@ -322,10 +322,9 @@ impl Server {
         };
         take(&looked.sources, &looked.found);
         if let Some(network) = looked.network.filter(|_| !has_errors) {
-            let mut wiring = Wiring::new(file, looked.sources, *network);
-            while wiring.read_next(&self.files.loader()) {}
-            let (_, sources, found) = wiring.connected();
-            take(sources, &found);
+            let wiring = Wiring::new(file, looked.sources, *network);
+            let checked = wiring.check(&self.files.loader());
+            take(&checked.sources, &checked.found);
         }
         all
     }

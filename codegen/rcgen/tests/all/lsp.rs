@@ -1,6 +1,7 @@
 //! `rcgen lsp`: sessions of an editor, over the pipes of a real process.
 
 mod answers;
+mod checked;
 mod completion;
 mod edits;
 mod hover;

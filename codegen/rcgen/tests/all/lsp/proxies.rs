@@ -58,7 +58,10 @@ fn findings_of_networks_with_a_proxy_are_those_of_the_check() {
             ARM.to_owned() + &asker("middleware dds { domain 7; };") + LOST,
             &[("no-provider", 4)],
         ),
-        (ARM.to_owned() + &asker(""), &[("middleware-mismatch", 3)]),
+        (
+            ARM.to_owned() + &asker("middleware iceoryx2;"),
+            &[("middleware-mismatch", 3)],
+        ),
         (
             ARM.to_owned() + &asker("middleware dds { domain 8; };"),
             &[("domain-mismatch", 3)],
@@ -68,14 +71,14 @@ fn findings_of_networks_with_a_proxy_are_those_of_the_check() {
                 "    Host away {{ address \"10.0.0.2\"; }};\n{}{}",
                 ARM.replace("hand.cdsl\";", "hand.cdsl\"; host away;")
                     .replace(" dds { domain 7; }", ""),
-                asker("")
+                asker("middleware iceoryx2;")
             ),
             &[("shared-memory-across-hosts", 4)],
         ),
         (
             ARM.replace(
-                "; export",
-                "; Component asker { cdsl \"asker.cdsl\"; middleware dds; }; export",
+                "; }; export",
+                "; middleware iceoryx2; }; Component asker { cdsl \"asker.cdsl\"; middleware dds; }; export",
             ),
             &[("middleware-mismatch", 2)],
         ),
@@ -91,7 +94,7 @@ fn findings_of_networks_with_a_proxy_are_those_of_the_check() {
             line(
                 "    time simulated by hands.clock;\n    Group hands { Component clock { cdsl \"hand.cdsl\"; }; };\n",
             ),
-            &[("requires-cycle", 4)],
+            &[("not-a-time-source", 2), ("requires-cycle", 4)],
         ),
         (
             ARM.replace(

@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 const BROKEN: &str = r#"
 Deployment broken
 {
+    middleware iceoryx2;
     Host pi { address "10.0.0.2"; };
     Host nobody { address "10.0.0.3"; };
     Component simulator { cdsl "COMPONENTS/simulator/simulator.cdsl"; host pi; };
@@ -70,7 +71,7 @@ fn each_diagnostic_is_drawn_at_its_element() {
     assert_eq!(refused.from.component, "simulator");
     assert_eq!(refused.to.component, "watch.monitor");
     assert_eq!(refused.address, None);
-    assert_eq!((mismatch.line, mismatch.severity), (12, "error"));
+    assert_eq!((mismatch.line, mismatch.severity), (13, "error"));
 }
 
 fn rcdeploy(folder: &Path, args: &[&str]) -> Output {

@@ -22,13 +22,13 @@ use std::rc::Rc;
 const SCENE: &str = "inner_model";
 
 /// Completes `slots { all; }` and checks listed members by the scenes of their components. `set`: values of the
-/// command line.
+/// command line. Returns the files of the scenes.
 pub(crate) fn check_members(
     deployment: &mut Deployment,
     projects: &[Option<Rc<Project>>],
     set: &[String],
     found: &mut Diagnostics,
-) {
+) -> Vec<PathBuf> {
     let has_scene = |project: &Option<Rc<Project>>| project.as_deref().is_some_and(reads_scene);
     for (instance, project) in deployment.instances.iter().zip(projects) {
         let (Some(all), Some(project)) = (instance.all_members, project) else {
@@ -44,7 +44,7 @@ pub(crate) fn check_members(
         }
     }
     if !projects.iter().any(has_scene) {
-        return;
+        return Vec::new();
     }
     let scenes = scenes(deployment, projects, set);
     let mut read: HashMap<PathBuf, Result<Vec<Members>, String>> = HashMap::new();
@@ -77,6 +77,7 @@ pub(crate) fn check_members(
             }
         }
     }
+    read.into_keys().collect()
 }
 
 /// Whether a component reads a scene when it starts.

@@ -79,7 +79,7 @@ pub struct Component {
     /// The middlewares of its connections. Only for people.
     #[serde(default)]
     pub middleware: String,
-    /// For `middleware auto;`, the middlewares of each slot with connections. Only for people.
+    /// For connections of several middlewares, those of each slot with connections. Only for people.
     #[serde(default)]
     pub transports: BTreeMap<String, String>,
     /// The machine that it runs on. `None`: this machine.

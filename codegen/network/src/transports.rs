@@ -96,15 +96,16 @@ impl Network {
     /// The middlewares of the connections of an instance, for people.
     pub(crate) fn middleware_text(&self, at: usize) -> String {
         let instance = &self.deployment.instances[at];
-        match instance.auto {
-            None => instance.middleware.word().to_owned(),
-            Some(_) => text(&self.middlewares_of(at)),
+        match self.middlewares_of(at).as_slice() {
+            all @ [_, ..] if instance.auto.is_some() => text(all),
+            _ => instance.middleware.word().to_owned(),
         }
     }
 
-    /// For an instance with `auto`, the middlewares of each slot with connections, for people.
+    /// For an instance whose connections have several middlewares, those of each slot with
+    /// connections, for people.
     pub(crate) fn transports(&self, at: usize) -> BTreeMap<String, String> {
-        if self.deployment.instances[at].auto.is_none() {
+        if self.deployment.instances[at].auto.is_none() || self.middlewares_of(at).len() < 2 {
             return BTreeMap::new();
         }
         let ends = self.ends(at).filter_map(|end| {

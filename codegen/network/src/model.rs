@@ -102,12 +102,19 @@ pub struct Network {
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each source file, the instances of the components that it belongs to.
     pub texts: HashMap<PathBuf, Vec<usize>>,
+    /// The files that parameters name, as far as their contents were checked.
+    pub files: Vec<PathBuf>,
 }
 
 impl Network {
     /// The name of the network.
     pub fn name(&self) -> &str {
         &self.deployment.name.text
+    }
+
+    /// The address of a slot. `None` if its component could not be read.
+    pub fn address(&self, end: Endpoint) -> Option<&str> {
+        self.addresses.of.get(&end).map(String::as_str)
     }
 
     /// The slot of an endpoint, if its component could be read.

@@ -22,13 +22,14 @@ type Read = Result<Option<Rc<Document>>, String>;
 /// Files that were read; several instances may name one.
 type Known = HashMap<(PathBuf, FileKind, Vec<PathBuf>), Read>;
 
-/// Reads the files that components read when they start, on the host of the network.
+/// Reads the files that components read when they start, on the host of the network. Returns these
+/// files.
 pub(crate) fn check_files(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
     parameters: &[OverriddenParameters],
     found: &mut Diagnostics,
-) {
+) -> Vec<PathBuf> {
     let mut known = Known::new();
     let instances = deployment.instances.iter().zip(projects).zip(parameters);
     for ((instance, project), parameters) in instances {
@@ -40,6 +41,7 @@ pub(crate) fn check_files(
             check(instance, project, parameters, values, &mut known, found);
         }
     }
+    known.into_keys().map(|(path, ..)| path).collect()
 }
 
 /// Checks the files of one instance.
