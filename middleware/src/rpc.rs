@@ -67,6 +67,10 @@ pub const ENVELOPE: usize = 40;
 /// Length of the envelope of a request, and of a reply that holds a result, in [`Profile::Rpc`].
 pub const ENVELOPE_OF_VALUES: usize = 36;
 
+/// Length of the identity of a request, with which the envelopes of a request and of its reply
+/// begin.
+pub const IDENTITY: usize = 24;
+
 /// The envelope in front of the value of a call.
 pub(crate) type Envelope = [u8; ENVELOPE_OF_VALUES];
 

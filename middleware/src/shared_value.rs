@@ -8,7 +8,7 @@
 use crate::cdr::{EncodeError, Reader, Writer, allocation};
 use crate::header::Encoding;
 use crate::request_body::RequestBody;
-use crate::rpc::Envelope;
+use crate::rpc::{ENVELOPE_OF_VALUES, Envelope, IDENTITY};
 use crate::typed::{Put, Returned};
 use std::any::Any;
 use std::cell::{Cell, OnceCell};
@@ -239,6 +239,14 @@ impl Message<'_> {
         }
     }
 
+    /// Length of the encoded message, in bytes.
+    pub fn length(&self) -> usize {
+        match self {
+            Self::Bytes(bytes) => bytes.len(),
+            Self::Value(value) => value.len(),
+        }
+    }
+
     /// Reads the message, whose bytes have this encoding, from its start.
     pub fn reader(&self, encoding: Encoding) -> Reader<'_> {
         match self {
@@ -275,6 +283,15 @@ impl From<SharedValue> for HeldValue {
 }
 
 impl HeldValue {
+    /// A reply that answers another request, too, whose identity this is.
+    pub fn again(reply: SharedValue, identity: [u8; IDENTITY]) -> Self {
+        let mut held = Self::from(reply);
+        if let Some(begin) = held.envelope.as_mut().and_then(|all| all.first_chunk_mut()) {
+            *begin = identity;
+        }
+        held
+    }
+
     /// Reads the message from its start.
     pub fn reader(&self) -> Reader<'_> {
         Reader::of_value(self)
@@ -296,8 +313,22 @@ impl HeldValue {
             let value = self.value.take();
             let bytes = value.as_ref().map(SharedValue::to_bytes);
             self.value.set(value);
-            bytes.unwrap_or_default()
+            let mut bytes = bytes.unwrap_or_default();
+            if let (Some(own), Some(begin)) = (
+                &self.envelope,
+                bytes.first_chunk_mut::<ENVELOPE_OF_VALUES>(),
+            ) {
+                begin.copy_from_slice(own);
+            }
+            bytes
         })
+    }
+
+    /// The value, of which this one stays the owner, too. `None` after it was taken.
+    pub fn shared(&self) -> Option<SharedValue> {
+        let value = self.value.take();
+        self.value.set(value.clone());
+        value
     }
 
     /// The value for another receiver, once.
@@ -389,6 +420,23 @@ mod tests {
         assert!(typed::read::<(u8, u32, String)>(&mut of.reader()).is_ok());
         assert!(typed::read::<(u8, u32, String)>(&mut of.reader()).is_err());
         assert!(of.bytes().is_empty());
+    }
+
+    #[test]
+    fn a_reply_answers_another_request_too() {
+        let reply = SharedValue::behind(Some([9; ENVELOPE_OF_VALUES]), (&1.5_f64,));
+        let reply = reply.expect("a value");
+        let other = HeldValue::again(reply.clone(), [7; IDENTITY]);
+        assert_eq!(
+            other.envelope()[..=IDENTITY],
+            [&[7; IDENTITY][..], &[9]].concat()
+        );
+        assert_eq!(other.bytes()[..=IDENTITY], other.envelope()[..=IDENTITY]);
+        assert_eq!(other.shared().map(|value| value.len()), Some(reply.len()));
+        let mut reader = other.reader();
+        assert!(reader.raw(ENVELOPE_OF_VALUES).is_ok());
+        assert_eq!(typed::read(&mut reader), Ok((1.5_f64,)));
+        assert!(other.shared().is_none(), "it is taken");
     }
 
     #[test]

@@ -7,10 +7,11 @@ use rc_middleware::freshness::{Freshness, Made};
 use rc_middleware::in_place::IntoBytes;
 use rc_middleware::qos::Stale;
 use rc_middleware::request_body::{RequestBody, buffer};
-use rc_middleware::rpc;
+use rc_middleware::rpc::{self, IDENTITY};
+use rc_middleware::shared_value::{HeldValue, SharedValue};
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{Operation, reply_values};
-use rc_middleware::{CallError, Client, Header, Profile, QueueGauge};
+use rc_middleware::{CallError, Client, Header, Message, Profile, QueueGauge};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -23,8 +24,6 @@ const MOST_REPLIES: usize = 64;
 /// How long a server that is gone may go unnoticed: asking the middleware costs as much as a kept
 /// reply.
 const LOOK: u64 = 1_000_000;
-/// Where a request and a reply have the identity of the request: at their beginning.
-const IDENTITY: usize = 24;
 
 /// Keeps replies, and counts how old they are.
 pub(crate) struct CachingClient {
@@ -47,17 +46,71 @@ pub(crate) struct CachingClient {
 struct Kept {
     /// The request behind its identity.
     request: Vec<u8>,
-    header: Header,
-    /// The reply, aligned as an image needs it.
-    memory: Vec<u128>,
-    length: usize,
+    reply: KeptReply,
     /// When its call began.
     begun: u64,
 }
 
 impl Kept {
     fn size(&self) -> usize {
-        self.request.len() + self.memory.len() * size_of::<u128>()
+        self.request.len() + self.reply.size()
+    }
+}
+
+/// A reply that outlives its call.
+struct KeptReply {
+    header: Header,
+    body: KeptBody,
+}
+
+enum KeptBody {
+    /// Its bytes, aligned as an image needs them, and their number.
+    Bytes(Vec<u128>, usize),
+    /// That of a server in this process.
+    Value(SharedValue),
+}
+
+impl KeptReply {
+    fn of(header: Header, message: &Message<'_>) -> Self {
+        let value = match message {
+            Message::Value(value) => value.shared(),
+            Message::Bytes(_) => None,
+        };
+        let copy = || {
+            let bytes = message.bytes();
+            let mut memory = vec![0_u128; bytes.len().div_ceil(size_of::<u128>())];
+            memory.as_mut_slice().as_mut_bytes()[..bytes.len()].copy_from_slice(bytes);
+            KeptBody::Bytes(memory, bytes.len())
+        };
+        let body = value.map_or_else(copy, KeptBody::Value);
+        Self { header, body }
+    }
+
+    fn size(&self) -> usize {
+        match &self.body {
+            KeptBody::Bytes(memory, _) => memory.len() * size_of::<u128>(),
+            KeptBody::Value(value) => value.memory(),
+        }
+    }
+
+    /// Hands it over as the reply to a request.
+    fn answer(&mut self, request: &[u8], take: &mut dyn FnMut(Header, Message<'_>)) {
+        let Some(identity) = request.first_chunk::<IDENTITY>() else {
+            return;
+        };
+        match &mut self.body {
+            KeptBody::Bytes(memory, length) => {
+                let reply = &mut memory.as_mut_slice().as_mut_bytes()[..*length];
+                if let Some(begin) = reply.first_chunk_mut() {
+                    *begin = *identity;
+                }
+                take(self.header, Message::Bytes(reply));
+            }
+            KeptBody::Value(value) => {
+                let reply = HeldValue::again(value.clone(), *identity);
+                take(self.header, Message::Value(reply));
+            }
+        }
     }
 }
 
@@ -120,14 +173,10 @@ impl CachingClient {
     }
 
     /// Keeps the reply to a request, if it is not too large.
-    fn keep(&mut self, request: &[u8], header: Header, body: &[u8], begun: u64) {
-        let mut memory = vec![0_u128; body.len().div_ceil(size_of::<u128>())];
-        memory.as_mut_slice().as_mut_bytes()[..body.len()].copy_from_slice(body);
+    fn keep(&mut self, request: &[u8], reply: KeptReply, begun: u64) {
         let kept = Kept {
             request: request.get(IDENTITY..).unwrap_or_default().to_vec(),
-            header,
-            memory,
-            length: body.len(),
+            reply,
             begun,
         };
         if let Some(place) = self.find(request) {
@@ -149,7 +198,7 @@ impl CachingClient {
         place: usize,
         request: &[u8],
         now: u64,
-        take: &mut dyn FnMut(Header, &[u8]),
+        take: &mut dyn FnMut(Header, Message<'_>),
     ) {
         let Some(kept) = self.kept.get_mut(place) else {
             return;
@@ -160,12 +209,9 @@ impl CachingClient {
             made: Made::Cached,
             is_fresh,
         };
-        let reply = &mut kept.memory.as_mut_slice().as_mut_bytes()[..kept.length];
-        reply[..IDENTITY].copy_from_slice(&request[..IDENTITY]);
-        let header = kept.header;
         self.last = Some(freshness);
         self.counts.used(freshness);
-        take(header, &kept.memory.as_slice().as_bytes()[..kept.length]);
+        kept.reply.answer(request, take);
     }
 }
 
@@ -186,21 +232,21 @@ impl Content {
         operations: &[Operation],
         profile: Profile,
         request: &[u8],
-        (header, body): (Header, &[u8]),
+        (header, reply): (Header, &Message<'_>),
     ) -> Self {
         let Ok((id, _)) = rpc::request_values(request, profile) else {
             return Self::Failure;
         };
         let operation = operations.iter().find(|operation| operation.id == id);
-        let values = operation.map(|of| reply_values(of, profile, header, body));
+        let values = operation.map(|of| reply_values(of, profile, header, reply.begin()));
         let Some(Ok(Some((0, begin)))) = values else {
             return Self::Failure;
         };
-        let is_empty = match body.get(begin..) {
-            None | Some([]) => true,
+        let is_empty = match reply.length().saturating_sub(begin) {
+            0 => true,
             // A message of ROS 2 without members has one byte, 0. One with a `false` is not kept.
-            Some([0]) => profile == Profile::Bare,
-            Some(_) => false,
+            1 => profile == Profile::Bare && reply.bytes().last() == Some(&0),
+            _ => false,
         };
         if is_empty {
             Self::Nothing
@@ -225,6 +271,10 @@ impl Client for CachingClient {
         self.port.send(header, request)
     }
 
+    fn takes_values(&self) -> bool {
+        self.port.takes_values()
+    }
+
     fn can_loan(&self) -> bool {
         self.port.can_loan()
     }
@@ -235,6 +285,18 @@ impl Client for CachingClient {
         request: &dyn RequestBody,
         limit: Duration,
         take: &mut dyn FnMut(Header, &[u8]),
+    ) -> Result<(), CallError> {
+        self.call_message(header, request, limit, &mut |header, reply| {
+            take(header, reply.bytes());
+        })
+    }
+
+    fn call_message(
+        &mut self,
+        header: Header,
+        request: &dyn RequestBody,
+        limit: Duration,
+        take: &mut dyn FnMut(Header, Message<'_>),
     ) -> Result<(), CallError> {
         let keeps = self.cache > 0 || self.stale == Stale::Last;
         let begun = self.now();
@@ -264,19 +326,20 @@ impl Client for CachingClient {
         let (limit_of_age, informs) = (self.fresh, self.stale == Stale::Inform);
         let (operations, profile) = (self.operations, self.port.profile());
         let (mut came, mut reply) = (None, None);
-        let called = self.port.call(header, request, limit, &mut |header, body| {
+        let mut came_in = |header: Header, message: Message<'_>| {
             let now = moment(simulated.as_deref());
             let (age, is_fresh) = age(begun, now, limit_of_age);
-            let content = Content::of(operations, profile, &bytes, (header, body));
+            let content = Content::of(operations, profile, &bytes, (header, &message));
             let is_used = is_fresh || informs || content != Content::Values;
             if content == Content::Values && (keeps || !is_used) {
-                reply = Some((header, body.to_vec()));
+                reply = Some(KeptReply::of(header, &message));
             }
             if is_used {
-                take(header, body);
+                take(header, message);
             }
             came = Some((now, age, is_fresh, content));
-        });
+        };
+        let called = self.port.call_message(header, request, limit, &mut came_in);
         if called.is_err() {
             // The server may be gone, or may have done what was asked.
             self.forget_all();
@@ -306,17 +369,17 @@ impl Client for CachingClient {
                 return Ok(());
             }
             // There is no last one: this one is better than none.
-            if let Some((header, body)) = &reply {
-                take(*header, body);
+            if let Some(reply) = &mut reply {
+                reply.answer(&bytes, take);
             }
         }
         self.last = Some(freshness);
         self.counts.came(begun);
         self.counts.used(freshness);
-        if let Some((header, body)) = reply
+        if let Some(reply) = reply
             && is_fresh
         {
-            self.keep(&bytes, header, &body, begun);
+            self.keep(&bytes, reply, begun);
         }
         Ok(())
     }
@@ -337,6 +400,13 @@ impl Client for CachingClient {
         take: &mut dyn FnMut(u64, Header, &[u8]),
     ) -> Option<(u64, Result<(), CallError>)> {
         self.port.poll(take)
+    }
+
+    fn poll_message(
+        &mut self,
+        take: &mut dyn FnMut(u64, Header, Message<'_>),
+    ) -> Option<(u64, Result<(), CallError>)> {
+        self.port.poll_message(take)
     }
 
     fn end_in_order(&mut self, keeps: bool) {

@@ -6,8 +6,9 @@
 //! samples, in number and in bytes.
 
 use crate::freshness::age;
+use crate::stored_sample::StoredSample;
 use rc_middleware::freshness::{Fresh, Freshness};
-use rc_middleware::{DecodeError, Encoding, Reader};
+use rc_middleware::{DecodeError, Reader};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -31,7 +32,7 @@ pub struct Collect {
 }
 
 /// A sample that waits for others, or was matched with them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Collected {
     /// When it was sent, or when it came in simulated time, in nanoseconds.
     pub(crate) at: u64,
@@ -40,22 +41,16 @@ pub struct Collected {
     /// Whether its slot has `stale refuse`.
     pub(crate) refuses: bool,
     pub(crate) freshness: Freshness,
-    pub(crate) encoding: Encoding,
-    pub(crate) bytes: Vec<u8>,
+    pub(crate) sample: StoredSample,
 }
 
 impl Collected {
-    /// Reads the body.
-    pub fn reader(&self) -> Reader<'_> {
-        Reader::of(&self.bytes, self.encoding)
-    }
-
     /// The value, which `read` reads, with its age.
     pub fn read<T>(
         &self,
         read: impl FnOnce(&mut Reader<'_>) -> Result<T, DecodeError>,
     ) -> Result<Fresh<T>, DecodeError> {
-        Ok(Fresh::new(read(&mut self.reader())?, self.freshness))
+        Ok(Fresh::new(self.sample.read(read)?, self.freshness))
     }
 
     /// Its age and what it is made of, when the handler begins.
@@ -96,7 +91,7 @@ impl Collector {
 
     fn take(&mut self, topic: usize, place: usize) -> Option<Collected> {
         let sample = self.queues[topic].remove(place)?;
-        self.bytes -= sample.bytes.len();
+        self.bytes -= sample.sample.size();
         Some(sample)
     }
 
@@ -131,7 +126,7 @@ impl Collector {
         if self.queues[topic].front().is_some_and(is_old) {
             self.clear_topic(topic);
         }
-        self.bytes += sample.bytes.len();
+        self.bytes += sample.sample.size();
         // A sample of the same time replaces the earlier one, as the key of a dictionary does.
         let place = self.queues[topic].partition_point(|earlier| earlier.at < at);
         if self.queues[topic]

@@ -5,8 +5,10 @@
 
 use crate::clock::Clock;
 use crate::collect::{Collect, Collected, Collector};
+use crate::component::Body;
 use crate::exact::entry::Kind;
 use crate::exact::mode::Exact;
+use crate::stored_sample::StoredSample;
 use rc_management::component::FreshnessStatus;
 use rc_middleware::freshness::{Fresh, Freshness, Made};
 use rc_middleware::qos::Stale;
@@ -107,8 +109,7 @@ pub(crate) fn age(made: u64, now: u64, limit: Option<Duration>) -> (Duration, bo
 #[derive(Debug)]
 struct Newest {
     made: u64,
-    encoding: Encoding,
-    bytes: Vec<u8>,
+    sample: StoredSample,
     was_fresh: bool,
     is_used: bool,
 }
@@ -189,7 +190,7 @@ impl Inputs {
         limits: Limits,
         (made, now): (u64, u64),
         encoding: Encoding,
-        body: &[u8],
+        body: &Body<'_>,
     ) -> Arrival {
         self.see(now);
         let Limits {
@@ -232,14 +233,10 @@ impl Inputs {
         let last_was_fresh = topic.newest.as_ref().is_some_and(|last| last.was_fresh);
         let keeps_last = stale == Stale::Last && !is_fresh && last_was_fresh;
         if !keeps_last {
-            // The memory of the last sample serves again.
-            let mut bytes = topic.newest.take().map_or_else(Vec::new, |last| last.bytes);
-            bytes.clear();
-            bytes.extend_from_slice(body);
+            let last = topic.newest.take().map(|last| last.sample);
             topic.newest = Some(Newest {
                 made,
-                encoding,
-                bytes,
+                sample: StoredSample::of(encoding, body, last),
                 was_fresh: is_fresh,
                 is_used: false,
             });
@@ -285,8 +282,7 @@ impl Inputs {
             is_fresh,
         };
         topic.counts.used(freshness);
-        let value = read(&mut Reader::of(&newest.bytes, newest.encoding))?;
-        Ok(Fresh::new(value, freshness))
+        Ok(Fresh::new(newest.sample.read(read)?, freshness))
     }
 
     /// Adds a sample to a collection. Returns what its handler gets together.

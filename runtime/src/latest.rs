@@ -3,7 +3,7 @@
 use crate::component::Component;
 use crate::context::Core;
 use crate::freshness::{FreshCounts, Moments, age};
-use crate::latest_values::{Latest, LatestValues, Write};
+use crate::latest_values::{Answer, Latest, LatestValues};
 use crate::slots::OpenSlot;
 use rc_middleware::freshness::{Freshness, Made};
 use rc_middleware::typed::{HandlerError, Request};
@@ -32,30 +32,21 @@ impl LatestSlot {
         }
     }
 
-    /// Sets what a query is answered with from now on. `write` writes it.
+    /// Sets what a query is answered with from now on. `write` writes it. A client in this process
+    /// gets a clone.
     ///
     /// # Errors
     /// The value cannot be sent: the last one stays.
-    pub fn set<R: 'static>(
+    pub fn set<R: Clone + Send + Sync + 'static>(
         &self,
         operation: usize,
         value: R,
         write: fn(&R, &mut Writer<'_>),
     ) -> Result<(), SendError> {
-        self.set_with(
-            operation,
-            Rc::new(move |writer: &mut Writer<'_>| write(&value, writer)),
-        )
-    }
-
-    /// [`LatestSlot::set`] for what a function writes.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn set_with(&self, operation: usize, write: Write) -> Result<(), SendError> {
         let mut writer = Writer::default();
-        write(&mut writer);
+        write(&value, &mut writer);
         writer.finish()?;
+        let answer: Answer = Rc::new(move |request| request.reply_again(&value, write));
         let made = self.moments.now();
         let values = &mut *self.values.borrow_mut();
         let known = values.counts.iter().find(|(slot, _)| *slot == self.slot);
@@ -72,7 +63,7 @@ impl LatestSlot {
             operation,
             made,
             is_used: false,
-            write,
+            answer,
         };
         let mut all = values.values.iter_mut();
         match all.find(|of| of.slot == self.slot && of.operation == operation) {
@@ -117,8 +108,8 @@ pub(crate) fn answer(
             is_fresh,
         });
     }
-    let write = &latest.write;
+    let answer = &latest.answer;
     let operation = &slot.operations[operation];
     let opened = request.arguments(operation, rc_middleware::typed::read::<()>);
-    Some(opened.and_then(|()| request.reply_with(0, |writer| write(writer))))
+    Some(opened.and_then(|()| answer(request)))
 }

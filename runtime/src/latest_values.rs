@@ -1,11 +1,11 @@
 //! The last values of a component, which answer queries.
 
 use crate::freshness::FreshCounts;
-use rc_middleware::Writer;
+use rc_middleware::typed::{HandlerError, Request};
 use std::rc::Rc;
 
-/// Writes a value as a reply has it.
-pub(crate) type Write = Rc<dyn Fn(&mut Writer<'_>)>;
+/// Replies with a value.
+pub(crate) type Answer = Rc<dyn Fn(&mut Request<'_>) -> Result<(), HandlerError>>;
 
 /// The last value of a query.
 pub(crate) struct Latest {
@@ -13,7 +13,7 @@ pub(crate) struct Latest {
     pub(crate) operation: usize,
     pub(crate) made: u64,
     pub(crate) is_used: bool,
-    pub(crate) write: Write,
+    pub(crate) answer: Answer,
 }
 
 /// The last values of a component.

@@ -58,6 +58,7 @@ mod slots;
 mod stages;
 mod start;
 mod status;
+mod stored_sample;
 mod tap;
 pub mod testing;
 mod time;

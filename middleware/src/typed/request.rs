@@ -203,6 +203,18 @@ impl<'a> Request<'a> {
         self.reply_value(case, exception, E::write)
     }
 
+    /// Replies with a result that answers other requests, too. A client in this process gets a clone.
+    pub fn reply_again<R: Clone + Send + Sync + 'static>(
+        &mut self,
+        result: &R,
+        write: fn(&R, &mut Writer<'_>),
+    ) -> Result<(), HandlerError> {
+        if self.two_way && self.reply.takes_values() {
+            return self.reply_value(0, result.clone(), write);
+        }
+        self.reply_with(0, |writer| write(result, writer))
+    }
+
     /// Replies with a result, or with an exception, which a client in this process gets as it is.
     fn reply_value<R: Send + Sync + 'static>(
         &mut self,

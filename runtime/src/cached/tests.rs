@@ -215,7 +215,12 @@ fn a_reply_of_ros_without_members_has_no_values() {
         let reply = [&reply.into_bytes()[..], body].concat();
         let header = Header::default();
         let request = request.into_bytes();
-        Content::of(OPERATIONS, Profile::Bare, &request, (header, &reply))
+        Content::of(
+            OPERATIONS,
+            Profile::Bare,
+            &request,
+            (header, &Message::Bytes(&reply)),
+        )
     };
     assert!(bare(&[]) == Content::Nothing && bare(&[0]) == Content::Nothing);
     assert!(bare(&[1]) == Content::Values && bare(&[0, 0]) == Content::Values);

@@ -10,6 +10,7 @@ use crate::lifecycle::LifecycleState;
 use crate::ports::Receiver;
 use crate::slots::OpenSlot;
 use crate::status::Shared;
+use crate::stored_sample::StoredSample;
 use rc_middleware::qos::Stale;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_middleware::{Gaps, Header, Message, Reply, Spin};
@@ -233,12 +234,11 @@ fn keep(
         fresh: qos.fresh,
         stale: qos.stale,
     };
-    let bytes = body.memory();
     let core = component.core();
     let inputs = Rc::clone(&core.inputs);
     let arrival = inputs
         .borrow_mut()
-        .arrive(limits, (made, now), header.encoding, bytes);
+        .arrive(limits, (made, now), header.encoding, &body);
     if let (Some(counts), true) = (arrival.new, qos.fresh.is_some()) {
         core.shared.status().fresh.push((slot.described, counts));
     }
@@ -255,8 +255,7 @@ fn keep(
             limit: qos.fresh,
             refuses: qos.stale == Stale::Refuse,
             freshness: arrival.freshness,
-            encoding: header.encoding,
-            bytes: bytes.to_vec(),
+            sample: StoredSample::of(header.encoding, &body, None),
         };
         let mut inputs = inputs.borrow_mut();
         let found = inputs.collect(all, (number, place), qos.depth, (sample, now));

@@ -45,7 +45,9 @@ impl Bench {
                 writer.put(&number);
                 let body = writer.into_bytes();
                 let times = (made * MS, at * MS);
-                let arrival = self.0.arrive(self.1, times, Encoding::Cdr, &body);
+                let arrival = self
+                    .0
+                    .arrive(self.1, times, Encoding::Cdr, &Body::Borrowed(&body));
                 assert_eq!(arrival.is_handled, is_handled, "row {row}");
                 let age = Duration::from_millis(at.saturating_sub(made));
                 assert_eq!(arrival.freshness.age, age, "row {row}");

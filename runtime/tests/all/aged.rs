@@ -1,10 +1,11 @@
 //! A component whose values know their age lives again exactly: ages, what was collected, kept replies
-//! and last values are the same.
+//! and last values are the same. Inside its process nothing of this is encoded.
 
 mod program;
 
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
 
 /// The command line of the component, in the process that this test starts: one argument a line.
 const ARGUMENTS: &str = "RC_TEST_AGED";
@@ -12,33 +13,57 @@ const ARGUMENTS: &str = "RC_TEST_AGED";
 const MESSAGE: u8 = 5;
 const DATA: usize = 2 + 4 + 8 + 8 + 4;
 
-#[test]
-fn values_with_ages_live_again_exactly() {
+/// Runs the component in a process that this test has started for it. Then, there is no return.
+fn run_in_its_process() {
     if let Ok(arguments) = std::env::var(ARGUMENTS) {
         let arguments: Vec<&str> = arguments.lines().collect();
         std::process::exit(program::main(&arguments).into());
     }
-    let folder = tempfile::tempdir().expect("a folder");
-    let recording = folder.path().join("aged.mcap");
-    let program = |more: &str| {
-        let mut command = Command::new(std::env::current_exe().expect("this program"));
-        command
-            .args([
-                "aged::values_with_ages_live_again_exactly",
-                "--exact",
-                "--nocapture",
-            ])
-            .env(ARGUMENTS, format!("--network\naged\n--name\naged\n{more}"))
-            .env("XDG_RUNTIME_DIR", folder.path());
-        command
-    };
-    let ran = program(&format!("--record\n{}", recording.display())).output();
-    let ran = ran.expect("an end");
+}
+
+/// The component with further arguments, in a process of its own.
+fn program(folder: &Path, more: &str) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("this program"));
+    command
+        .args([
+            "aged::values_with_ages_live_again_exactly",
+            "--exact",
+            "--nocapture",
+        ])
+        .env(ARGUMENTS, format!("--network\naged\n--name\naged\n{more}"))
+        .env("XDG_RUNTIME_DIR", folder);
+    command
+}
+
+/// The number before a word that the component has printed.
+fn printed(ran: &Output, word: &str) -> u32 {
     let words = String::from_utf8_lossy(&ran.stdout);
     assert!(ran.status.success(), "{ran:?}");
-    let pairs = words.lines().find_map(|line| line.strip_suffix(" pairs"));
-    let pairs: u32 = pairs.expect("pairs").parse().expect("a number");
+    let mut lines = words.lines();
+    let number = lines.find_map(|line| line.strip_suffix(word));
+    number.expect("a line").trim().parse().expect("a number")
+}
+
+#[test]
+fn values_with_ages_cross_a_process_without_encoding() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ran = program(folder.path(), "").output().expect("an end");
+    assert!(printed(&ran, " pairs") > 20, "{ran:?}");
+    assert_eq!(printed(&ran, " decoded"), 0, "{ran:?}");
+}
+
+#[test]
+fn values_with_ages_live_again_exactly() {
+    run_in_its_process();
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("aged.mcap");
+    let program = |more: &str| program(folder.path(), more);
+    let ran = program(&format!("--record\n{}", recording.display())).output();
+    let ran = ran.expect("an end");
+    let pairs = printed(&ran, " pairs");
     assert!(pairs > 20, "{pairs}");
+    // A recording has bytes.
+    assert!(printed(&ran, " decoded") > pairs, "{ran:?}");
 
     let file = std::fs::read(&recording).expect("a recording");
     let mut rest = &file[rc_mcap::MAGIC.len()..];

@@ -43,6 +43,8 @@ struct Connection {
     socket: PathBuf,
     pairs: Vec<Pair>,
     client: Option<Client>,
+    /// Since when it is followed, and its senders, until they are handed over.
+    following: Option<(u64, Following)>,
     /// Rounds until it is asked again.
     pause: u32,
     is_remote: bool,
@@ -174,6 +176,7 @@ pub(super) fn start(
             name,
             pairs,
             client: None,
+            following: None,
             pause: 0,
             clock: None,
         }
@@ -215,30 +218,30 @@ impl Connection {
             });
         }
         let ahead = self.ahead();
-        let answer = answer.map_err(|error| error.to_string())?;
+        let taken = answer.map_err(|error| error.to_string())?;
+        if let (Err(_), Some((since, _))) = (&ahead, &mut self.following) {
+            // The records of this round are lost.
+            *since = now();
+        }
         Ok(Answer {
             ahead: ahead?,
-            ..answer
+            following: self.following.take(),
+            taken,
         })
     }
 
-    fn exchange(&mut self) -> Result<Answer, CallError> {
-        let mut following = None;
+    /// Takes its records. A component that is new, or was started again, is followed first.
+    fn exchange(&mut self) -> Result<HopReport, CallError> {
         let client = if let Some(client) = &mut self.client {
             client
         } else {
             let mut client = Client::connect(&self.socket, LIMIT)?;
             let pairs = self.pairs.clone();
             let answer = client.call(&Request::Follow { pairs }, LIMIT)?;
-            following = Some((now(), answer));
+            self.following = Some((now(), answer));
             self.client.insert(client)
         };
-        let taken = client.call(&Request::Hops, LIMIT)?;
-        Ok(Answer {
-            following,
-            taken,
-            ahead: (0, 0),
-        })
+        client.call(&Request::Hops, LIMIT)
     }
 
     /// How far its clock is ahead, and the greatest error.

@@ -1,14 +1,15 @@
 //! A component whose values know their age: it hears what it publishes, collects it, asks a server in
 //! this process and answers that one. What it publishes depends on ages.
 
-use rc_middleware::Member;
 use rc_middleware::qos::Qos;
 use rc_middleware::typed::{self, HandlerError, Operation, Request, TypedClient, TypedPublisher};
+use rc_middleware::{CallError, Cdr, DecodeError, Member, Reader, Writer};
 use rc_runtime::{
     Collect, Collected, Component, Core, Description, FreshSlot, LatestSlot, Ports, Role, Sample,
     Slot, StartError, Values, WorkerError, embed, run_with,
 };
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 const LEFT: Operation = Operation::one_way("left", 1, 11);
@@ -18,6 +19,23 @@ const DOUBLE: Operation = Operation::query("double", 4, 14, &[]);
 const LAST: Operation = Operation::query("last", 5, 15, &[]);
 /// How often each of them computes.
 const PERIODS: i32 = 100;
+
+/// A number that counts how often it is read from bytes.
+#[derive(Clone, Debug)]
+struct Number(i32);
+
+static DECODED: AtomicU64 = AtomicU64::new(0);
+
+impl Cdr for Number {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        writer.put(&self.0);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        DECODED.fetch_add(1, Ordering::Relaxed);
+        reader.get().map(Self)
+    }
+}
 
 const fn slot(
     name: &'static str,
@@ -141,25 +159,25 @@ impl Component for Aged {
         self.number += 1;
         let number = self.number;
         // The right one comes every second time, and later.
-        let _ = self.left.publish_parts((&number,));
+        let _ = self.left.publish_parts((&Number(number),));
         if number % 2 == 0 {
-            let _ = self.right.publish_parts((&(number - 1),));
+            let _ = self.right.publish_parts((&Number(number - 1),));
         }
-        let newest = self.newest.newest(0, typed::read::<(i32,)>);
+        let newest = self.newest.newest(0, typed::read::<(Number,)>);
         if let Ok(newest) = newest {
-            self.tell(newest.value.0, newest.age());
+            self.tell(newest.value.0.0, newest.age());
         }
-        let asked: Result<i32, rc_middleware::CallError> =
-            self.double.call(&DOUBLE, (&(number / 4),));
-        if let (Ok(double), Some(how)) = (asked, self.double.freshness()) {
+        let asked: Result<Number, CallError> = self.double.call(&DOUBLE, (&Number(number / 4),));
+        if let (Ok(Number(double)), Some(how)) = (asked, self.double.freshness()) {
             self.tell(
                 double + 1000 * i32::from(how.made == rc_middleware::Made::Cached),
                 how.age,
             );
         }
-        let _ = self.last.set(0, number, typed::reply);
+        let _ = self.last.set(0, Number(number), typed::reply);
         if number == PERIODS {
             println!("{} pairs", self.pairs);
+            println!("{} decoded", DECODED.load(Ordering::Relaxed));
             self.core.stop("done");
         }
         Ok(())
@@ -172,7 +190,7 @@ impl Component for Aged {
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
         self.tell(-1, Duration::ZERO);
-        request.answer(&LAST, typed::read::<()>, typed::reply, |()| 0_i32)
+        request.answer(&LAST, typed::read::<()>, typed::reply, |()| Number(0))
     }
 
     fn receive(
@@ -192,8 +210,8 @@ impl Component for Aged {
 
     fn collected(&mut self, _: usize, samples: &[Collected]) -> Result<(), HandlerError> {
         for sample in samples {
-            let sample = sample.read(typed::read::<(i32,)>)?;
-            self.tell(sample.value.0, sample.age());
+            let sample = sample.read(typed::read::<(Number,)>)?;
+            self.tell(sample.value.0.0, sample.age());
         }
         self.pairs += 1;
         Ok(())
@@ -211,7 +229,7 @@ impl Component for Giver {
     }
 
     fn compute(&mut self) -> Result<(), WorkerError> {
-        let _: Result<i32, rc_middleware::CallError> = self.last.call(&LAST, ());
+        let _: Result<Number, CallError> = self.last.call(&LAST, ());
         Ok(())
     }
 
@@ -221,9 +239,12 @@ impl Component for Giver {
         _: Option<&Member>,
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
-        request.answer(&DOUBLE, typed::read::<(i32,)>, typed::reply, |(number,)| {
-            2 * number
-        })
+        request.answer(
+            &DOUBLE,
+            typed::read::<(Number,)>,
+            typed::reply,
+            |(number,)| Number(2 * number.0),
+        )
     }
 }
 
