@@ -44,19 +44,16 @@ impl Reading {
     /// was one.
     pub fn read_next(&mut self, sources: &mut SourceMap, loader: &FileLoader) -> bool {
         let at = self.projects.len();
-        let (belongs_to, described) = match self.deployment.instances.get(at) {
-            Some(instance) => {
-                let named = instance.cdsl.as_ref();
-                (Some(at), named.map(|named| (&instance.folder, named)))
-            }
-            None => {
-                let external = at - self.deployment.instances.len();
-                let Some(external) = self.deployment.externals.get(external) else {
-                    return false;
-                };
-                let peer = external.peer.as_ref();
-                (None, peer.map(|peer| (&peer.folder, &peer.cdsl)))
-            }
+        let instances = &self.deployment.instances;
+        let (belongs_to, described) = if let Some(instance) = instances.get(at) {
+            let named = instance.cdsl.as_ref();
+            (Some(at), named.map(|named| (&instance.folder, named)))
+        } else {
+            let Some(external) = self.deployment.externals.get(at - instances.len()) else {
+                return false;
+            };
+            let peer = external.peer.as_ref();
+            (None, peer.map(|peer| (&peer.folder, &peer.cdsl)))
         };
         let project = described.map(|(folder, named)| (folder.clone(), named.clone()));
         let project = project

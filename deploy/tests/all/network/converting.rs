@@ -287,7 +287,7 @@ fn bridged(site: &Site) -> String {
     with_prototype(site, "pose_listener", "ahead, left, up");
     format!(
         "Deployment {}\n{{\n\
-         Component simulator {{ cdsl \"simulator/simulator.cdsl\"; executable \"{}\"; parameters {{ map \"{}/maps/house.map\"; }}; }};\n\
+         Component simulator {{ cdsl \"simulator/simulator.cdsl\"; executable \"{}\"; middleware iceoryx2; parameters {{ map \"{}/maps/house.map\"; }}; }};\n\
          Component listener {{ cdsl \"pose_listener/pose_listener.cdsl\"; executable \"{}\"; restart on_failure; }};\n\
          bind listener.ros -> simulator.FullPoseEstimationPub {{ convert via process; }};\n}};\n",
         site.network,

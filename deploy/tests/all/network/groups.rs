@@ -150,7 +150,7 @@ fn private_and_unknown_members_are_rejected_at_their_location() {
     let remote = GROUPED
         .replace(
             "Group robot\n    {",
-            "Group robot\n    {\n        Host pi { address \"10.0.0.2\"; };",
+            "middleware iceoryx2;\n    Group robot\n    {\n        Host pi { address \"10.0.0.2\"; };",
         )
         .replace(
             "after monitor;",

@@ -356,7 +356,7 @@ fn what_is_wrong_with_the_time_is_found() {
         "n.ddsl:3:19: error[not-a-time-source]: `b` cannot publish time; it has no clause `simulates time` at user.cdsl:1:11 (add `simulates time;` to the .cdsl of user)",
     );
     refused(
-        "time simulated by a;\nComponent a { $SOURCE };\nComponent b { $USER middleware dds; };",
+        "time simulated by a;\nComponent a { $SOURCE middleware iceoryx2; };\nComponent b { $USER middleware dds; };",
         "n.ddsl:5:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: it uses dds, the source iceoryx2; the source of time at n.ddsl:3:19 (give both one middleware that connects them, or this one `time system;`)",
     );
     refused(
@@ -364,7 +364,7 @@ fn what_is_wrong_with_the_time_is_found() {
         "n.ddsl:6:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: they are in different domains of dds; the source of time at n.ddsl:4:19 (give both one middleware that connects them, or this one `time system;`)",
     );
     refused(
-        "time simulated by a;\nHost robot { address \"10.0.0.2\"; };\nComponent a { $SOURCE };\nComponent b { $USER host robot; };",
+        "time simulated by a;\nHost robot { address \"10.0.0.2\"; };\nComponent a { $SOURCE middleware iceoryx2; };\nComponent b { $USER host robot; };",
         "n.ddsl:6:11: error[time-out-of-reach]: `b` cannot hear the time of `a`: they are on different hosts, which iceoryx2 does not connect; the source of time at n.ddsl:3:19 (give both one middleware that connects them, or this one `time system;`)",
     );
     refused(
