@@ -470,7 +470,7 @@ class Stranger:
 
     def take_chunk(self, chunk):
         asked = self.asked
-        if chunk.to != self.replica.writer or asked is None or (chunk.sender, chunk.number) != asked[:2]:
+        if chunk.to != self.replica.writer or asked is None or [chunk.sender, chunk.number] != asked[:2]:
             return
         chunks = asked[2]
         chunks[chunk.at] = bytes(chunk.bytes)

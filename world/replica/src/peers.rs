@@ -22,7 +22,7 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 /// How long it is not asked after a fruitless answer. The time doubles with each further one, up
 /// to 64 times.
 const FRUITLESS_PAUSE: Duration = Duration::from_secs(1);
-/// After so many fruitless answers, a replica that joins does not wait for it.
+/// After so many fruitless answers, or questions without one, a replica that joins does not wait for it.
 const MOST_FRUITLESS: u32 = 3;
 
 /// Another replica.
@@ -49,6 +49,8 @@ pub(crate) struct Peer {
     pub(crate) ask_after: Duration,
     /// How many of its answers, one after the other, lacked changes that it had announced.
     pub(crate) fruitless: u32,
+    /// How many questions, one after the other, it has not answered at all.
+    pub(crate) unanswered: u32,
 }
 
 impl Peer {
@@ -81,7 +83,7 @@ impl Peer {
 
     /// Whether its answers may still bring what it announces.
     pub(crate) fn is_useful(&self) -> bool {
-        self.fruitless < MOST_FRUITLESS
+        self.fruitless.max(self.unanswered) < MOST_FRUITLESS
     }
 
     /// How many changes it has not seen, of those that `seen` has.

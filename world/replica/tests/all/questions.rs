@@ -71,6 +71,22 @@ fn a_replica_whose_answers_bring_nothing_is_asked_less_and_less() {
 }
 
 #[test]
+fn a_stranger_that_announces_changes_and_never_answers_keeps_nobody_from_joining() {
+    let world = world(7);
+    let schema = schema_of(&world);
+    for step in 0..1000 {
+        let now = Duration::from_millis(10) * step;
+        if step % 100 == 0 {
+            world.receive(now, digest(schema, STRANGER, 1));
+        }
+        world.turn(now);
+        while world.take().is_some() {}
+    }
+    let status = world.status(10 * SECOND);
+    assert!(world.has_joined() && status.is_behind);
+}
+
+#[test]
 fn a_stranger_that_repeats_a_part_of_its_answer_keeps_nobody_from_asking_others() {
     let (world, other) = (world(7), world(200));
     let schema = schema_of(&world);
