@@ -26,5 +26,10 @@ pub(crate) fn soak() -> Result<(), Failure> {
         .env("RC_WORLD_ROUNDS", "1000")
         .env("RC_WORLD_SCRIPT", "3000");
     print!("{}", output(rounds, LIMIT)?);
+    let words = "test -p rc-world --test all a_million -- --nocapture";
+    let words: Vec<&str> = words.split(' ').collect();
+    let mut nodes = cargo(&words)?;
+    nodes.env("RC_WORLD_NODES", "1100000");
+    print!("{}", output(nodes, LIMIT)?);
     Ok(())
 }

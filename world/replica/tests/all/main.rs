@@ -2,6 +2,7 @@
 
 mod dsr_files;
 mod dsr_programs;
+mod floods;
 mod frames;
 mod gaps;
 mod network;
