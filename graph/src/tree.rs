@@ -136,7 +136,10 @@ pub(crate) fn apply(edit: &mut Edit, model: &InnerModel, time: Time) -> Result<(
             frames.set_pose(own, pose)?;
         }
         for gone in fallen {
-            frames.remove(gone)?;
+            // It may have gone with the one above it.
+            if frames.snapshot().node(gone).is_ok() {
+                frames.remove(gone)?;
+            }
         }
         Ok::<(), Error>(())
     })?;

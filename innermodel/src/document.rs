@@ -4,7 +4,7 @@ use crate::edit::{self, Edit, NewNode};
 use crate::error::Error;
 use crate::link::NodeId;
 use crate::snapshot::{Key, NodeRef, Snapshot};
-use innermodel_language::model::{Display, Document, Kind, Node};
+use innermodel_language::model::{Display, Document, Kind, Node, Pose};
 use std::collections::HashMap;
 
 impl Edit {
@@ -52,7 +52,18 @@ impl NodeRef<'_> {
     /// The node as an element of a file, without its children and without the position of a joint.
     /// Meshes and textures have the whole paths of their files, so that another process finds them.
     pub fn element(&self) -> String {
-        let mut node = self.described(None);
+        self.written(self.described(None))
+    }
+
+    /// As [`Self::element`], without its pose.
+    pub fn element_at_rest(&self) -> String {
+        self.written(Node {
+            pose: Pose::default(),
+            ..self.described(None)
+        })
+    }
+
+    fn written(&self, mut node: Node) -> String {
         let (written, path) = match &mut node.kind {
             Kind::Mesh(mesh) => (&mut mesh.file, &mesh.path),
             Kind::Plane(plane) | Kind::Display(Display { plane, .. }) => {

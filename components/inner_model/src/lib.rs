@@ -1,7 +1,7 @@
 //! The component `inner_model`.
 
+mod front;
 mod manager;
-mod replica;
 mod service;
 mod specific_worker;
 mod wire;

@@ -1,18 +1,16 @@
-//! Loads the tree, publishes what changes, and follows another instance.
+//! Loads the tree, and keeps it and the world equal.
 
+use crate::front;
 use crate::world::World;
 use inner_model_generated::tracing::{info, warn};
-use inner_model_generated::{Changes, Context, Leader, ParamChange, Worker, WorkerError};
-use rc_diagnostics::foreign::clean;
+use inner_model_generated::world::{FrameChange, PartChange, RtChange};
+use inner_model_generated::{Context, ParamChange, Worker, WorkerError, WorldHandlers};
+use std::sync::Arc;
 use std::time::Duration;
 
-/// After so long without a change, the whole tree is published, so that the newest sample has it.
-const PAUSE: Duration = Duration::from_millis(500);
-
-/// The tree, and when it was last published.
+/// The tree.
 pub struct SpecificWorker {
     pub(crate) world: World,
-    published: Duration,
 }
 
 /// The time of the component's clock, since its zero.
@@ -21,37 +19,31 @@ pub(crate) fn now(ctx: &Context) -> Duration {
 }
 
 impl Worker<Context> for SpecificWorker {
+    /// The tree of the file is the initial content of the world. Components with the same file start the
+    /// same world.
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
-        // Two components of one network have different names; of two runs of one component, the
-        // later one has the greater time.
-        let writer = format!("{}@{:020}", ctx.name(), ctx.now().as_nanos());
-        let loaded = World::load(&writer, &ctx.params);
-        let (world, warnings) = loaded.map_err(|error| WorkerError::Fatal(error.to_string()))?;
+        let fatal = |error: &dyn std::fmt::Display| WorkerError::Fatal(error.to_string());
+        let loaded = World::load(&ctx.params);
+        let (mut world, warnings) = loaded.map_err(|error| fatal(&error))?;
         for warning in warnings.lines() {
             warn!("{warning}");
         }
-        let nodes = world.tree().len();
-        info!("{}: {nodes} nodes", ctx.params.file.display());
-        Ok(Self {
-            world,
-            published: now(ctx),
-        })
+        let tree = world.tree();
+        if !ctx.params.file.as_os_str().is_empty() {
+            let schema = Arc::clone(ctx.g.snapshot().schema());
+            let start = front::start(&tree, &schema).map_err(|error| fatal(&error))?;
+            ctx.g.start_with(&start).map_err(|error| fatal(&error))?;
+            world.front.started(&ctx.g.snapshot(), &world.model);
+        }
+        info!("{}: {} nodes", ctx.params.file.display(), tree.len());
+        Ok(Self { world })
     }
 
-    /// Publishes what changed since the last period.
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
         for problem in self.world.problems() {
             warn!("{problem}");
         }
-        let time = now(ctx);
-        let replica = &mut self.world.replica;
-        let pauses = replica.lacks_whole() && time.saturating_sub(self.published) >= PAUSE;
-        if replica.is_unsent() || pauses {
-            let sample = replica.sample(&self.world.model.snapshot(), pauses);
-            ctx.inner_model_pub.changed(&sample)?;
-            replica.sent(&sample);
-            self.published = time;
-        }
+        self.meet(ctx);
         Ok(())
     }
 
@@ -65,22 +57,42 @@ impl Worker<Context> for SpecificWorker {
     }
 }
 
-impl Leader<Context> for SpecificWorker {
-    /// Takes what changed in another instance.
-    fn changed(&mut self, ctx: &mut Context, changes: Changes) {
+impl SpecificWorker {
+    /// Gives the world what has changed in the tree, and the tree what has changed in the world.
+    fn meet(&mut self, ctx: &mut Context) {
+        let time = now(ctx);
         let World {
             model,
-            replica,
+            front,
             place,
             folders,
             ..
         } = &mut self.world;
-        for problem in replica.apply(model, now(ctx), &changes, place, folders) {
-            warn!(
-                "a change of `{}` cannot be taken: {problem}",
-                clean(&changes.writer)
-            );
+        let told = front.tell(model, time, |write| {
+            let (made, _) = ctx.g.change_with(|edit| Ok(write(edit)?))?;
+            Ok::<_, rc_world::Error>((made, ctx.g.snapshot().0.0.clone()))
+        });
+        if let Err(error) = told {
+            warn!("the changes since the last period are undone: {error}");
         }
-        self.world.model.forget_points();
+        let world = ctx.g.snapshot();
+        for problem in front.follow(&world, model, time, (place, folders)) {
+            warn!("what another component says of {problem}");
+        }
+        model.forget_points();
+    }
+}
+
+impl WorldHandlers for SpecificWorker {
+    fn frame_changed(&mut self, ctx: &mut Context, _change: &FrameChange) {
+        self.meet(ctx);
+    }
+
+    fn part_changed(&mut self, ctx: &mut Context, _change: &PartChange) {
+        self.meet(ctx);
+    }
+
+    fn rt_changed(&mut self, ctx: &mut Context, _change: &RtChange) {
+        self.meet(ctx);
     }
 }

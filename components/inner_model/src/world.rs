@@ -1,6 +1,6 @@
 //! The tree with its bodies, and the changes that requests make.
 
-use crate::replica::{Replica, replace};
+use crate::front::Front;
 use crate::wire;
 use inner_model_generated::{ColouredPoint, Params};
 use inner_model_manager::Refusal;
@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The tree that the component serves.
 pub(crate) struct World {
     pub(crate) model: InnerModel,
-    pub(crate) replica: Replica,
+    pub(crate) front: Front,
     /// The bodies, once a request needs them.
     space: Option<Space>,
     max_points: usize,
@@ -30,7 +30,7 @@ type Pair = (NodeId, NodeId);
 
 impl World {
     /// Reads the file. Without one, the tree is empty. The text has the warnings.
-    pub(crate) fn load(writer: &str, params: &Params) -> Result<(Self, String), LoadError> {
+    pub(crate) fn load(params: &Params) -> Result<(Self, String), LoadError> {
         let folders = Folders::new(params.search.iter().cloned());
         let (mut model, mut warnings, mut place) =
             (InnerModel::new(), String::new(), PathBuf::new());
@@ -41,8 +41,8 @@ impl World {
             (model, warnings) = (InnerModel::from_document(&document)?, found);
         }
         let mut world = Self {
+            front: Front::new(model.snapshot()),
             model,
-            replica: Replica::new(writer),
             space: None,
             max_points: 0,
             refuse_collisions: false,
@@ -89,16 +89,13 @@ impl World {
             .collect()
     }
 
-    /// Makes a change, and stamps it.
+    /// Makes a change.
     pub(crate) fn change<T>(
         &mut self,
         time: Time,
         make: impl FnOnce(&mut Edit) -> Result<T, Refusal>,
     ) -> Result<T, Refusal> {
-        let before = self.model.snapshot();
-        let result = self.model.change(time, make)?;
-        self.replica.note(&before, &self.model.snapshot());
-        Ok(result)
+        self.model.change(time, make)
     }
 
     /// Makes a change that moves bodies. If collisions are refused, it fails where bodies touch
@@ -232,4 +229,17 @@ fn cloud_node(tree: &Snapshot, id: &str) -> Result<NodeId, Refusal> {
     Err(Refusal::Kind(format!(
         "`{id}` is a {tag}, not a pointcloud"
     )))
+}
+
+/// Gives a node the kind, the pose and the allowed contacts of an element.
+fn replace(
+    edit: &mut Edit,
+    described: &innermodel::language::Node,
+) -> Result<(), innermodel::Error> {
+    let id = &described.id;
+    edit.set_kind(id, described.kind.clone())?;
+    if described.kind.has_pose() {
+        edit.set_pose(id, described.pose)?;
+    }
+    edit.set_allowed(id, described.allowed.clone())
 }

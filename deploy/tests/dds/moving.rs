@@ -101,7 +101,7 @@ pub(crate) fn prototype(axes: &str, unit: &str, frame: &str) -> String {
 fn network(site: &Site, block: &str) {
     let tree = site.write("world.xml", TREE).display().to_string();
     site.write_ddsl(&format!(
-        "Deployment patrol\n{{\n    Component world {{ cdsl \"../inner_model/inner_model.cdsl\"; parameters {{ file \"{tree}\"; }}; }};\n    \
+        "Deployment patrol\n{{\n    World g {{ schema \"innermodel.gdsl\"; }};\n    Component world {{ cdsl \"../inner_model/inner_model.cdsl\"; parameters {{ file \"{tree}\"; }}; }};\n    \
          Component lidar {{ cdsl \"lidar/lidar.cdsl\"; after mapper; }};\n    \
          Component mapper {{ cdsl \"mapper/mapper.cdsl\"; }};\n    \
          bind mapper.lidar -> lidar.ScanPub {block}\n}};\n"

@@ -91,6 +91,23 @@ fn transforms_follow_changes_of_the_tree() {
 }
 
 #[test]
+fn frames_are_removed_in_any_order() {
+    for order in [[1, 2, 3], [3, 2, 1], [2, 1, 3]] {
+        let graph = Graph::new(frames().into(), 1);
+        let nodes = chain(&graph, 5);
+        let removed = graph.change(Time::ZERO, |edit| {
+            order
+                .into_iter()
+                .try_for_each(|at| edit.remove_node(nodes[at]))
+        });
+        removed.expect("a removal");
+        let now = graph.snapshot();
+        // The root of the model, the first frame, and the last one.
+        assert_eq!((now.node_count(), now.tree().len()), (2, 3), "{order:?}");
+    }
+}
+
+#[test]
 fn an_edge_without_a_pose_is_refused() {
     let graph = Graph::new(frames().into(), 1);
     let nodes = chain(&graph, 2);

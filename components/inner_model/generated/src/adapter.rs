@@ -7,9 +7,9 @@ use crate::interfaces;
 use rc_runtime::{Dispatch, Serving, SlotEntry, WorkerTable};
 
 /// What the worker of this component implements.
-pub trait Handlers: rc_runtime::Worker<Context> + interfaces::inner_model::ServeInnerModel<Context> + interfaces::inner_model_manager::ServeInnerModelManager<Context> + interfaces::inner_model_pub::ReceiveInnerModelPub<Context> + 'static {}
+pub trait Handlers: rc_runtime::Worker<Context> + interfaces::inner_model::ServeInnerModel<Context> + interfaces::inner_model_manager::ServeInnerModelManager<Context> + crate::world::WorldHandlers + 'static {}
 
-impl<W: rc_runtime::Worker<Context> + interfaces::inner_model::ServeInnerModel<Context> + interfaces::inner_model_manager::ServeInnerModelManager<Context> + interfaces::inner_model_pub::ReceiveInnerModelPub<Context> + 'static> Handlers for W {}
+impl<W: rc_runtime::Worker<Context> + interfaces::inner_model::ServeInnerModel<Context> + interfaces::inner_model_manager::ServeInnerModelManager<Context> + crate::world::WorldHandlers + 'static> Handlers for W {}
 
 impl<W: rc_runtime::Worker<Context> + 'static> Dispatch<W> for Context {
     const DESCRIPTION: &'static rc_runtime::Description = &DESCRIPTION;
@@ -21,9 +21,12 @@ impl<W: Handlers> Serving<W> for Context {
     const SLOTS: &'static [SlotEntry<W, Self>] = &[
         SlotEntry::serves(<W as interfaces::inner_model::ServeInnerModel<Context>>::serve),
         SlotEntry::serves(<W as interfaces::inner_model_manager::ServeInnerModelManager<Context>>::serve),
-        SlotEntry::sends(),
-        SlotEntry::receives(<W as interfaces::inner_model_pub::ReceiveInnerModelPub<Context>>::receive),
+        SlotEntry::sends(), SlotEntry::sends(),
+        SlotEntry::receives(|_, ctx, topic, reader| ctx.g.receive_state(topic, reader)),
+        SlotEntry::receives(|_, ctx, topic, reader| ctx.g.receive_stream(topic, reader)),
     ];
+
+    const TURN: Option<fn(&mut W, &mut Self) -> bool> = Some(crate::world::turn::<W>);
 }
 
 rc_runtime::entry_points!(Context, Handlers);

@@ -15,11 +15,17 @@ pub(crate) const TYPES_INNER_MODEL: &[&str] = &[];
 /// The middleware's names for the types of `InnerModelManager`, if it has its own.
 pub(crate) const TYPES_INNER_MODEL_MANAGER: &[&str] = &[];
 
-/// The middleware's names for the types of `InnerModelPub`, if it has its own.
-pub(crate) const TYPES_INNER_MODEL_PUB: &[&str] = &[];
+/// The middleware's names for the types of `g`, if it has its own.
+pub(crate) const TYPES_G: &[&str] = &[];
 
-/// The middleware's names for the types of `leader`, if it has its own.
-pub(crate) const TYPES_LEADER: &[&str] = &[];
+/// The middleware's names for the types of `g_stream`, if it has its own.
+pub(crate) const TYPES_G_STREAM: &[&str] = &[];
+
+/// The middleware's names for the types of `g_peers`, if it has its own.
+pub(crate) const TYPES_G_PEERS: &[&str] = &[];
+
+/// The middleware's names for the types of `g_streams`, if it has its own.
+pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"80a0234e50ebd71a\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"999abfd90c65daa0\",\"middleware\":\"iceoryx2\"}\0";

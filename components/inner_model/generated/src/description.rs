@@ -6,8 +6,6 @@ use crate::interfaces;
 use crate::parameters;
 use rc_runtime::Description;
 use rc_runtime::middleware::Qos;
-use rc_runtime::middleware::Durability;
-use rc_runtime::middleware::Reliability;
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
@@ -37,51 +35,37 @@ const SLOT_INNER_MODEL_MANAGER: Slot = Slot {
     external_types: backend::TYPES_INNER_MODEL_MANAGER,
 };
 
-const SLOT_INNER_MODEL_PUB: Slot = Slot {
-    name: "InnerModelPub",
-    role: Role::Publishes,
-    interface: "InnerModelPub",
-    type_name: "RcInnerModel::InnerModelPub",
-    type_hash: 0x1781f185d17fed1a,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        durability: Durability::TransientLocal,
-        depth: 20,
-        ..Qos::PUBLISHER
-    },
-    is_array: false,
-    operations: interfaces::inner_model_pub::OPERATIONS,
-    external_types: backend::TYPES_INNER_MODEL_PUB,
-};
+const SLOT_G: Slot = rc_world_typed::slot(
+    0, "g", 0x58e53eaa54d8832d, backend::MIDDLEWARE, interfaces::world::OPERATIONS, backend::TYPES_G,
+);
 
-const SLOT_LEADER: Slot = Slot {
-    name: "leader",
-    role: Role::SubscribesTo,
-    interface: "InnerModelPub",
-    type_name: "RcInnerModel::InnerModelPub",
-    type_hash: 0x1781f185d17fed1a,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::Reliable,
-        durability: Durability::TransientLocal,
-        depth: 20,
-        ..Qos::SUBSCRIBER
-    },
-    is_array: false,
-    operations: interfaces::inner_model_pub::OPERATIONS,
-    external_types: backend::TYPES_LEADER,
-};
+const SLOT_G_STREAM: Slot = rc_world_typed::slot(
+    1, "g_stream", 0xe19717e82fbafe2e, backend::MIDDLEWARE, interfaces::world_stream::OPERATIONS,
+    backend::TYPES_G_STREAM,
+);
+
+const SLOT_G_PEERS: Slot = rc_world_typed::slot(
+    2, "g_peers", 0x58e53eaa54d8832d, backend::MIDDLEWARE, interfaces::world::OPERATIONS, backend::TYPES_G_PEERS,
+);
+
+const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
+    3, "g_streams", 0xe19717e82fbafe2e, backend::MIDDLEWARE, interfaces::world_stream::OPERATIONS,
+    backend::TYPES_G_STREAMS,
+);
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "inner_model",
-    model_hash: 0x80a0234e50ebd71a,
+    model_hash: 0x999abfd90c65daa0,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_INNER_MODEL, SLOT_INNER_MODEL_MANAGER, SLOT_INNER_MODEL_PUB, SLOT_LEADER],
-    types: &[::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION],
+    slots: &[SLOT_INNER_MODEL, SLOT_INNER_MODEL_MANAGER, SLOT_G, SLOT_G_STREAM, SLOT_G_PEERS, SLOT_G_STREAMS],
+    types: &[
+        ::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::rc_world::RC_DESCRIPTION,
+        ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

@@ -5,5 +5,5 @@ pub use ::interfaces::rc_inner_model::inner_model;
 pub use self::inner_model::{ TransformDirectionError, GetPoseAtError, GetMatrixError, GetNodeError, GetSubtreeError, GetCloudError, SetPoseInError, SetJointError, SetJointsError, AddError, SetError, RemoveError, MoveError, GetDistanceError, CastRayError };
 pub use ::interfaces::robo_comp_inner_model_manager::inner_model_manager;
 pub use self::inner_model_manager::{ AddTransformError, AddJointError, AddMeshError, AddPlaneError, GetAllNodeInformationError, SetPoseFromParentError, GetPoseFromParentError, GetPoseFromParentAnswer, SetPlaneError, GetTransformationMatrixError, SetScaleError, AddAttributeError, GetAttributeError, GetAttributeAnswer, RemoveNodeError, MoveNodeError };
-pub use ::interfaces::rc_inner_model::inner_model_pub;
-pub use self::inner_model_pub::{ InnerModelPubPublisher };
+pub use ::interfaces::rc_world::world;
+pub use ::interfaces::rc_world::world_stream;

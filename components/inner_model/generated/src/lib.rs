@@ -10,6 +10,7 @@ mod description;
 pub mod interfaces;
 pub mod parameters;
 mod slots;
+pub mod world;
 
 #[cfg(feature = "testing")]
 pub mod testing;
@@ -20,7 +21,8 @@ pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
 pub use self::interfaces::*;
-pub use slots::{InnerModel, InnerModelManager, Leader};
+pub use slots::{InnerModel, InnerModelManager};
 pub use types::*;
+pub use world::WorldHandlers;
 
 rc_runtime::names_of_workers!();

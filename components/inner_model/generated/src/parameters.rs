@@ -4,12 +4,12 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"inner_model","parameters":[{"name":"file","doc":["The tree: an InnerModel file. Without a path, the tree is empty and an instance that is followed fills it."],"kind":{"scalar":{"type":"path"}},"default":{"text":""},"restart":true,"reads":"innermodel"},{"name":"search","doc":["Where meshes and included files are looked for by their names."],"kind":{"scalar":{"type":"path","array":{"min":0}}},"default":{"array":[]},"restart":true,"reads":"search"},{"name":"refuse_collisions","doc":["Refuses a new pose or position of a joint with which bodies collide that did not touch before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}},{"name":"history","doc":["How long the past is kept, for poses at an earlier time."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000000},"range":{"min":{"duration":0},"max":{"duration":600000000000}}},{"name":"max_points","doc":["How many points all clouds may have."],"kind":{"scalar":{"type":"int"}},"default":{"int":1000000},"range":{"min":{"int":0},"max":{"int":10000000}}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"inner_model","parameters":[{"name":"file","doc":["The tree at the start of the world: an InnerModel file, the same one for all components that have one. Without a path, the tree is what others have written."],"kind":{"scalar":{"type":"path"}},"default":{"text":""},"restart":true,"reads":"innermodel"},{"name":"search","doc":["Where meshes and included files are looked for by their names."],"kind":{"scalar":{"type":"path","array":{"min":0}}},"default":{"array":[]},"restart":true,"reads":"search"},{"name":"refuse_collisions","doc":["Refuses a new pose or position of a joint with which bodies collide that did not touch before."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":false}},{"name":"history","doc":["How long the past is kept, for poses at an earlier time."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":10000000000},"range":{"min":{"duration":0},"max":{"duration":600000000000}}},{"name":"max_points","doc":["How many points all clouds may have."],"kind":{"scalar":{"type":"int"}},"default":{"int":1000000},"range":{"min":{"int":0},"max":{"int":10000000}}}]}"###;
 
 /// The parameters `inner_model`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// The tree: an InnerModel file. Without a path, the tree is empty and an instance that is followed fills it.
+    /// The tree at the start of the world: an InnerModel file, the same one for all components that have one. Without a path, the tree is what others have written.
     ///
     /// Allowed: a path as a string.
     pub file: std::path::PathBuf,

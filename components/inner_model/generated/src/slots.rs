@@ -3,4 +3,3 @@
 
 pub use crate::interfaces::inner_model::InnerModel;
 pub use crate::interfaces::inner_model_manager::InnerModelManager;
-pub use crate::interfaces::inner_model_pub::InnerModelPub as Leader;

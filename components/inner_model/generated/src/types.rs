@@ -2,6 +2,8 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_inner_model;
-pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, Reason, ReasonInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Cloud, Stamp, ChangedNode, RemovedNode, Changes };
+pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, Reason, ReasonInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Cloud };
+pub use ::interfaces::rc_world;
+pub use self::rc_world::{ Key, KeyInPlace, Value, Step, Change, StreamValue, Samples, Digest, Ask, Chunk, Answer };
 pub use ::interfaces::robo_comp_inner_model_manager;
 pub use self::robo_comp_inner_model_manager::{ NodeType, NodeTypeInPlace, AttributeType, AttributeMap, NodeInformation, NodeInformationSequence, ErrorType, ErrorTypeInPlace, InnerModelManagerError, Colored3DPoint, Colored3DPointInPlace, PointCloudVector, Plane3D, Coord3D, Coord3DInPlace, Pose3D, Pose3DInPlace, JointType, MeshType, FloatSeq };

@@ -19,11 +19,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcInnerModel","types":[
 {"name":"Near","struct":[{"name":"a","type":"string"},{"name":"b","type":"string"},{"name":"distance","type":"float64","unit":"mm"}]},
 {"name":"Hit","struct":[{"name":"id","type":"string"},{"name":"distance","type":"float64","unit":"mm"},{"name":"point","type":"RcInnerModel::Point"},{"name":"normal","type":"RcInnerModel::Direction"}]},
 {"name":"ColouredPoint","struct":[{"name":"x","type":"float32","unit":"mm"},{"name":"y","type":"float32","unit":"mm"},{"name":"z","type":"float32","unit":"mm"},{"name":"red","type":"uint8"},{"name":"green","type":"uint8"},{"name":"blue","type":"uint8"}]},
-{"name":"Cloud","alias":"sequence<RcInnerModel::ColouredPoint>"},
-{"name":"Stamp","struct":[{"name":"count","type":"int64"},{"name":"writer","type":"string"}]},
-{"name":"ChangedNode","struct":[{"name":"node","type":"RcInnerModel::Node"},{"name":"stamp","type":"RcInnerModel::Stamp"}]},
-{"name":"RemovedNode","struct":[{"name":"id","type":"string"},{"name":"stamp","type":"RcInnerModel::Stamp"}]},
-{"name":"Changes","struct":[{"name":"writer","type":"string"},{"name":"number","type":"int64"},{"name":"whole","type":"bool"},{"name":"nodes","type":"sequence<RcInnerModel::ChangedNode>"},{"name":"removed","type":"sequence<RcInnerModel::RemovedNode>"}]}
+{"name":"Cloud","alias":"sequence<RcInnerModel::ColouredPoint>"}
 ],"interfaces":[
 {"name":"InnerModel","operations":[
 {"name":"transform","id":1036330456,"hash":"18ab24d03866a088","pattern":"query","inputs":[{"name":"to","type":"string"},{"name":"point","type":"RcInnerModel::Point"},{"name":"source","type":"string"}],"result":"RcInnerModel::Point","throws":[["RcInnerModel::InnerModelError",291013833]]},
@@ -50,9 +46,6 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcInnerModel","types":[
 {"name":"getCollisions","id":-1855921857,"hash":"a2a732829dbe02b5","pattern":"query","result":"sequence<RcInnerModel::Contact>"},
 {"name":"getDistance","id":2033079950,"hash":"cadbc6e2628accbb","pattern":"query","inputs":[{"name":"a","type":"string"},{"name":"b","type":"string"}],"result":"RcInnerModel::Near","throws":[["RcInnerModel::InnerModelError",291013833]]},
 {"name":"castRay","id":-71458164,"hash":"8447d53ec0722980","pattern":"query","inputs":[{"name":"source","type":"string"},{"name":"start","type":"RcInnerModel::Point"},{"name":"direction","type":"RcInnerModel::Direction"},{"name":"range","type":"float64","unit":"mm"},{"name":"ignored","type":"string"}],"result":"sequence<RcInnerModel::Hit,1>","throws":[["RcInnerModel::InnerModelError",291013833]]}
-]},
-{"name":"InnerModelPub","operations":[
-{"name":"changed","id":-1394641015,"hash":"1781f185d17fed1a","pattern":"publish","inputs":[{"name":"changes","type":"RcInnerModel::Changes"}]}
 ]}
 ]}"#;
 /// A position in a frame.
@@ -365,51 +358,6 @@ rc_middleware::in_place_struct!(ColouredPointInPlace for ColouredPoint: x, y, z,
 
 /// The points of one node.
 pub type Cloud = Vec<ColouredPoint>;
-
-/// When a node was last changed, and by which instance. The later one of two changes holds: that with the
-/// greater count, and of equal counts that of the greater writer. An instance refuses a change that its
-/// tree does not allow: of two changes at the same moment that exclude each other, it keeps its own.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stamp {
-    pub count: i64,
-    pub writer: String,
-}
-
-rc_middleware::cdr_struct!(Stamp: count, writer);
-
-/// A node as it is after a change.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ChangedNode {
-    pub node: Node,
-    pub stamp: Stamp,
-}
-
-rc_middleware::cdr_struct!(ChangedNode: node, stamp);
-
-/// A node that is no more.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RemovedNode {
-    pub id: String,
-    pub stamp: Stamp,
-}
-
-rc_middleware::cdr_struct!(RemovedNode: id, stamp);
-
-/// The changes since the last sample of the instance, or the whole state.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Changes {
-    /// The instance.
-    pub writer: String,
-    /// Counts the samples of the instance from 1.
-    pub number: i64,
-    /// Whether the sample has the whole tree.
-    pub whole: bool,
-    /// A parent stands before its children.
-    pub nodes: Vec<ChangedNode>,
-    pub removed: Vec<RemovedNode>,
-}
-
-rc_middleware::cdr_struct!(Changes: writer, number, whole, nodes, removed);
 
 /// The interface `InnerModel`.
 ///
@@ -865,48 +813,5 @@ pub mod inner_model {
     pub mod testing {
         use super::*;
         interface!(rc_runtime::fake_server);
-    }
-}
-
-/// The interface `InnerModelPub`.
-///
-/// The changes of a tree. At least every tenth sample has the whole tree, and so has the last one before a pause:
-/// a subscriber that joins late, or lost a sample, catches up.
-pub mod inner_model_pub {
-    use rc_middleware::typed;
-
-    macro_rules! interface {
-        ($($what:tt)+) => {
-            $($what)+! {
-                /// The handlers of `InnerModelPub`.
-                ///
-                /// The changes of a tree. At least every tenth sample has the whole tree, and so has the last one before a pause:
-                /// a subscriber that joins late, or lost a sample, catches up.
-                InnerModelPub ServeInnerModelPub ReceiveInnerModelPub, InnerModelPubMembers ServeInnerModelPubMembers ReceiveInnerModelPubMembers;
-
-                fn changed(changes: crate::rc_inner_model::Changes) {
-                    CHANGED.command(typed::read)
-                    Changed on_changed one_way("changed", -1394641015, 0x1781f185d17fed1a)
-                }
-            }
-        };
-    }
-    interface!(rc_middleware::operations);
-    interface!(rc_middleware::handlers);
-    interface!(rc_middleware::receive);
-
-    rc_middleware::publisher!(InnerModelPubPublisher: changed);
-
-    impl InnerModelPubPublisher {
-        pub fn changed(&mut self, changes: &super::Changes) -> Result<(), rc_middleware::SendError> {
-            self.changed.publish_parts((changes,))
-        }
-    }
-
-    /// Fakes of the peers of `InnerModelPub`, for tests of workers.
-    #[cfg(feature = "testing")]
-    pub mod testing {
-        use super::*;
-        interface!(rc_runtime::fake_subscriber);
     }
 }

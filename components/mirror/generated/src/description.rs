@@ -38,7 +38,7 @@ const SLOT_IMAGINED: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "mirror",
-    model_hash: 0x4ff3b5fa1bbe190c,
+    model_hash: 0x0836a952735788e4,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),

@@ -25,7 +25,7 @@ const SLOT_SIMULATION: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "planner",
-    model_hash: 0xbd765ebf599dd70c,
+    model_hash: 0xbe6244acc3c8b97b,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

@@ -265,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0xbf5b20c20dc1b3d4,
+    model_hash: 0x7669b9fb6aa38ac7,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

@@ -2,7 +2,7 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_inner_model;
-pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Stamp, ChangedNode, RemovedNode, Changes };
+pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace };
 pub use ::interfaces::rc_simulation;
 pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png };
 pub use ::interfaces::robo_comp_battery_status;

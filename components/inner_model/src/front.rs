@@ -1,0 +1,571 @@
+//! The tree as a part of the world that all components share: what requests change is written there,
+//! and what others change there is made in the tree.
+//!
+//! Each node of the tree is a `Part` of the world below another one, and is named by its id. A frame
+//! that another component has made may be a `Frame` without more. Of two changes at once, the world
+//! says which one holds, also of those that exclude each other.
+
+use innermodel::kinds::{Engine, Transform as Plain};
+use innermodel::language::model::Node;
+use innermodel::{Change, Edit, Folders, InnerModel, Kind, NewNode, NodeRef, Pose, ROOT};
+use innermodel::{Snapshot as Tree, Time, Transform};
+use property_graph::{Element, Error, Graph, Id, NodeId, Schema, Snapshot, Value};
+use rc_diagnostics::foreign::clean;
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Millimetres in a metre: the world has metres.
+const METRE: f64 = 1000.0;
+/// How many problems are remembered, so that each is reported once.
+const MOST_REPORTED: usize = 4096;
+
+/// What the world says of a node.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    parent: String,
+    /// Where it is in its parent, in metres.
+    pose: [f64; 6],
+    /// As in a file, but without its pose; empty for a frame.
+    element: String,
+    /// Of a joint.
+    position: Option<f64>,
+    /// Name, type and value of each attribute that was added.
+    attributes: Vec<String>,
+}
+
+/// What joins the tree with the world.
+pub(crate) struct Front {
+    /// The nodes that both have, by their ids in the tree.
+    parts: HashMap<String, (Id, Part)>,
+    /// The version of the tree that the world has.
+    told: Arc<Tree>,
+    /// The version of the world that the tree shows.
+    shown: Option<u64>,
+    reported: BTreeSet<String>,
+}
+
+/// What a change of the tree is for the world.
+struct News {
+    gone: Vec<String>,
+    /// Parents come before their children.
+    parts: Vec<(String, Part)>,
+}
+
+/// A tree as the initial contents of a world.
+pub(crate) fn start(tree: &Tree, schema: &Arc<Schema>) -> Result<Arc<Snapshot>, Error> {
+    // Equal files are equal contents.
+    let graph = Graph::new(Arc::clone(schema), 1);
+    let nodes = tree.nodes().skip(1);
+    let news = News {
+        gone: Vec::new(),
+        parts: nodes
+            .map(|node| (node.id().to_owned(), part(&node)))
+            .collect(),
+    };
+    graph.change(Time::ZERO, |edit| news.write(edit, &HashMap::new()))?;
+    Ok(graph.snapshot())
+}
+
+impl Front {
+    /// A tree that is in no world so far.
+    pub(crate) fn new(told: Arc<Tree>) -> Self {
+        Self {
+            parts: HashMap::new(),
+            told,
+            shown: None,
+            reported: BTreeSet::new(),
+        }
+    }
+
+    /// Notes that the tree is the contents of the world.
+    pub(crate) fn started(&mut self, world: &Snapshot, model: &InnerModel) {
+        self.parts = read(world).into_iter().collect();
+        self.told = model.snapshot();
+        self.shown = Some(world.version());
+    }
+
+    /// Writes what has changed in the tree into the world. `change` makes a change there. If the world
+    /// refuses it, the tree is what it was.
+    pub(crate) fn tell<E>(
+        &mut self,
+        model: &InnerModel,
+        time: Time,
+        change: impl FnOnce(
+            &dyn Fn(&mut property_graph::Edit) -> Result<Vec<NodeId>, Error>,
+        ) -> Result<(Vec<NodeId>, Arc<Snapshot>), E>,
+    ) -> Result<(), E> {
+        let now = model.snapshot();
+        let news = News::between(&self.told, &now);
+        if news.gone.is_empty() && news.parts.is_empty() {
+            return Ok(());
+        }
+        let parts = &self.parts;
+        let (nodes, after) = match change(&|edit| news.write(edit, parts)) {
+            Ok(made) => made,
+            Err(error) => {
+                model.restore(time, &self.told);
+                return Err(error);
+            }
+        };
+        for gone in &news.gone {
+            self.parts.remove(gone);
+        }
+        for ((id, part), node) in news.parts.into_iter().zip(nodes) {
+            if let Ok(node) = after.node(node) {
+                self.parts.insert(id, (node.id(), part));
+            }
+        }
+        self.told = now;
+        Ok(())
+    }
+
+    /// Makes what has changed in the world in the tree. Returns what cannot be made there, each once.
+    pub(crate) fn follow(
+        &mut self,
+        world: &Snapshot,
+        model: &InnerModel,
+        time: Time,
+        (place, folders): (&Path, &Folders),
+    ) -> Vec<String> {
+        if self.shown == Some(world.version()) {
+            return Vec::new();
+        }
+        self.shown = Some(world.version());
+        let wanted = read(world);
+        let is_same = wanted.len() == self.parts.len()
+            && wanted
+                .iter()
+                .all(|(id, own)| self.parts.get(id) == Some(own));
+        if is_same {
+            return Vec::new();
+        }
+        let described = |id: &str, element: &str| described(id, element, place, folders);
+        let known = std::mem::take(&mut self.parts);
+        let made = model.change(time, |edit| {
+            Ok::<_, std::convert::Infallible>(follow(edit, known, wanted, &described))
+        });
+        let Ok((parts, problems)) = made;
+        (self.parts, self.told) = (parts, model.snapshot());
+        let mut new = Vec::new();
+        for problem in problems {
+            if self.reported.len() >= MOST_REPORTED {
+                self.reported.clear();
+            }
+            if self.reported.insert(problem.clone()) {
+                new.push(problem);
+            }
+        }
+        new
+    }
+}
+
+type Parts = HashMap<String, (Id, Part)>;
+
+/// Makes the tree what the world has. Returns the nodes that both have, and what is impossible.
+fn follow(
+    edit: &mut Edit,
+    mut known: Parts,
+    wanted: Vec<(String, (Id, Part))>,
+    described: &dyn Fn(&str, &str) -> Result<Node, String>,
+) -> (Parts, Vec<String>) {
+    let mut problems = Vec::new();
+    // Out of the way first, so that no order of moves closes a circle.
+    for (id, (_, part)) in &wanted {
+        if known
+            .get(id)
+            .is_some_and(|(_, own)| own.parent != part.parent)
+        {
+            let moved = edit.move_to(id, ROOT);
+            problems.extend(moved.err().map(|error| problem(id, &error.to_string())));
+        }
+    }
+    let names: HashSet<&str> = wanted.iter().map(|(id, _)| id.as_str()).collect();
+    for gone in known.keys().filter(|id| !names.contains(id.as_str())) {
+        // It may have gone with its parent.
+        let _ = edit.remove(gone.as_str());
+    }
+    drop(names);
+    let mut parts = Parts::new();
+    for (id, (of, part)) in wanted {
+        let own = known.remove(&id);
+        if own.as_ref().is_some_and(|(_, own)| *own == part) {
+            parts.insert(id, (of, part));
+            continue;
+        }
+        let old = own.as_ref().map(|(_, own)| own);
+        match edit.attempt(|edit| put(edit, &id, old, &part, described)) {
+            Ok(()) => {
+                parts.insert(id, (of, part));
+            }
+            Err(error) => {
+                problems.push(problem(&id, &error));
+                // It is tried again after the next change of the world.
+                if let Some(own) = own {
+                    parts.insert(id, own);
+                }
+            }
+        }
+    }
+    (parts, problems)
+}
+
+fn problem(id: &str, error: &str) -> String {
+    format!("`{}`: {}", clean(id), clean(error.trim_end()))
+}
+
+/// Adds a node, or makes the one that is there what the world says.
+fn put(
+    edit: &mut Edit,
+    id: &str,
+    old: Option<&Part>,
+    part: &Part,
+    described: &dyn Fn(&str, &str) -> Result<Node, String>,
+) -> Result<(), String> {
+    let node = described(id, &part.element)?;
+    let pose = rest(&node.kind, part);
+    place(edit, id, old, part, (node, pose)).map_err(|error| error.to_string())
+}
+
+fn place(
+    edit: &mut Edit,
+    id: &str,
+    old: Option<&Part>,
+    part: &Part,
+    (node, pose): (Node, Pose),
+) -> Result<(), innermodel::Error> {
+    match old {
+        None => {
+            edit.add(
+                part.parent.as_str(),
+                NewNode {
+                    id: id.to_owned(),
+                    kind: node.kind,
+                    pose,
+                    allowed: node.allowed,
+                },
+            )?;
+        }
+        Some(old) => {
+            if old.parent != part.parent {
+                edit.move_to(id, part.parent.as_str())?;
+            }
+            if old.element != part.element {
+                edit.set_kind(id, node.kind)?;
+                edit.set_allowed(id, node.allowed)?;
+            }
+            if edit.snapshot().node(id)?.kind().has_pose() {
+                edit.set_pose(id, pose)?;
+            }
+        }
+    }
+    let here = edit.snapshot().node(id)?;
+    if matches!(here.kind(), Kind::Joint(_) | Kind::Prismatic(_)) {
+        edit.set_joint(id, part.position.unwrap_or_default())?;
+    }
+    if old.map_or(&[][..], |old| &old.attributes) != part.attributes {
+        let here = edit.snapshot().node(id)?;
+        let names = here.attributes().map(|(name, ..)| name.to_owned());
+        for name in names.collect::<Vec<_>>() {
+            edit.remove_attribute(id, &name)?;
+        }
+        for one in part.attributes.chunks_exact(3) {
+            edit.add_attribute(id, &one[0], &one[1], &one[2])?;
+        }
+    }
+    Ok(())
+}
+
+/// A node as its element says it.
+fn described(id: &str, element: &str, place: &Path, folders: &Folders) -> Result<Node, String> {
+    if element.is_empty() {
+        return Ok(Node::new(id, Kind::Transform(Plain::default())));
+    }
+    let text = format!("<innerModel>{element}</innerModel>");
+    let read = innermodel::read_text(&text, place, folders);
+    let (mut document, _) = read.map_err(|error| error.to_string())?;
+    match (document.nodes.pop(), document.nodes.is_empty()) {
+        (Some(node), true) => Ok(node),
+        _ => Err("expected one element without children".to_owned()),
+    }
+}
+
+/// The pose of a node in millimetres; that of a joint at 0.
+fn rest(kind: &Kind, part: &Part) -> Pose {
+    let [x, y, z, rx, ry, rz] = part.pose;
+    let pose = Pose::new(x * METRE, y * METRE, z * METRE, rx, ry, rz);
+    match (kind, part.position) {
+        (Kind::Joint(joint), Some(position)) if position != 0.0 => {
+            let turned = Transform::about(joint.axis, position);
+            (Transform::of(&pose) * turned.inverse()).pose()
+        }
+        (kind, _) if kind.has_pose() => pose,
+        _ => Pose::default(),
+    }
+}
+
+/// What the world has to say of a node.
+fn part(node: &NodeRef<'_>) -> Part {
+    let kind = node.kind();
+    let pose = match kind {
+        Kind::Joint(_) | Kind::Prismatic(_) => node.local().pose(),
+        _ => node.pose(),
+    };
+    let [x, y, z] = pose.translation.map(|length| length / METRE);
+    let [rx, ry, rz] = pose.rotation;
+    let is_frame = matches!(kind, Kind::Transform(Plain { engine: Engine::Static, mass, .. }) if *mass == 0.0)
+        && node.allowed().is_empty();
+    let position = node.position();
+    Part {
+        parent: node
+            .parent()
+            .map_or_else(String::new, |above| above.id().to_owned()),
+        pose: [x, y, z, rx, ry, rz],
+        element: if is_frame {
+            String::new()
+        } else {
+            node.element_at_rest()
+        },
+        position: position
+            .filter(|position| *position != 0.0 || matches!(kind, Kind::Prismatic(_))),
+        attributes: node
+            .attributes()
+            .flat_map(|(name, form, value)| [name, form, value].map(str::to_owned))
+            .collect(),
+    }
+}
+
+/// The frames of the world, parents before their children.
+fn read(world: &Snapshot) -> Vec<(String, (Id, Part))> {
+    let mut nodes = HashMap::new();
+    let mut names: HashMap<&str, usize> = HashMap::new();
+    for node in world.nodes() {
+        if let Ok(frame) = world.frame(node.node_id()) {
+            nodes.insert(frame.node(), node);
+            *names.entry(node.name()).or_default() += 1;
+        }
+    }
+    let mut found = Vec::new();
+    let mut rest = vec![(world.tree().root().node_id(), ROOT.to_owned())];
+    while let Some((key, above)) = rest.pop() {
+        let Ok(frame) = world.tree().node(key) else {
+            continue;
+        };
+        let is_top = frame.parent().is_none();
+        let mut below: Vec<_> = frame
+            .children()
+            .filter_map(|child| Some((child, *nodes.get(&child.node_id())?)))
+            .collect();
+        below.sort_unstable_by_key(|(_, node)| node.id());
+        for (child, node) in below {
+            if is_top && node.name() == ROOT {
+                rest.push((child.node_id(), ROOT.to_owned()));
+                continue;
+            }
+            let id = id_of(&node, &names);
+            let pose = child.pose();
+            let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
+            let attributes = match node.get("attributes") {
+                Some(Value::Texts(all)) => all.iter().map(|text| text.to_string()).collect(),
+                _ => Vec::new(),
+            };
+            let element = node.get("element").and_then(Value::as_str);
+            let part = Part {
+                parent: above.clone(),
+                pose: [x, y, z, rx, ry, rz],
+                element: element.unwrap_or_default().to_owned(),
+                position: node.get("position").and_then(Value::as_f64),
+                attributes,
+            };
+            found.push((id.clone(), (node.id(), part)));
+            rest.push((child.node_id(), id));
+        }
+    }
+    found
+}
+
+/// The id of a node in the tree: its name, or one that no other node has.
+fn id_of(node: &property_graph::NodeRef<'_>, names: &HashMap<&str, usize>) -> String {
+    let (name, id) = (node.name(), node.id());
+    if !name.is_empty() && name != ROOT && names.get(name) == Some(&1) {
+        return name.to_owned();
+    }
+    let mut own = format!("{name}#{}:{}", id.writer(), id.count());
+    while names.contains_key(own.as_str()) {
+        own.push('_');
+    }
+    own
+}
+
+impl News {
+    fn between(before: &Tree, now: &Tree) -> Self {
+        let (mut gone, mut changed) = (Vec::new(), BTreeSet::new());
+        for change in now.since(before) {
+            match change {
+                Change::Removed { id, .. } => gone.push(id),
+                Change::Added(node)
+                | Change::Parent(node)
+                | Change::Moved(node)
+                | Change::Data(node) => {
+                    changed.insert(node);
+                }
+            }
+        }
+        let there = changed.into_iter().filter_map(|node| now.node(node).ok());
+        let mut there: Vec<NodeRef<'_>> = there.collect();
+        there.sort_by_key(NodeRef::depth);
+        let parts = there.iter();
+        let parts = parts.map(|node| (node.id().to_owned(), part(node)));
+        Self {
+            gone,
+            parts: parts.collect(),
+        }
+    }
+
+    /// Writes it into a world. Returns the node of each part.
+    fn write(
+        &self,
+        edit: &mut property_graph::Edit,
+        known: &HashMap<String, (Id, Part)>,
+    ) -> Result<Vec<NodeId>, Error> {
+        for id in &self.gone {
+            let node = known.get(id);
+            if let Some(node) = node.and_then(|(of, _)| edit.snapshot().find_node(*of)) {
+                edit.remove_node(node)?;
+            }
+        }
+        let gone: HashSet<&String> = self.gone.iter().collect();
+        let mut made: HashMap<&str, NodeId> = HashMap::new();
+        // All that move are free before any of them gets a parent.
+        let mut held = Vec::new();
+        for (id, part) in &self.parts {
+            let old = known.get(id).filter(|_| !gone.contains(id));
+            let old = old.and_then(|(of, own)| Some((edit.snapshot().find_node(*of)?, own)));
+            let (node, moves) = match old {
+                Some((node, own)) => {
+                    let node = if is_more(part) {
+                        more(edit, node)?
+                    } else {
+                        node
+                    };
+                    (node, own.parent != part.parent)
+                }
+                None => {
+                    let node = edit.add_node("Part")?;
+                    edit.set(node, "name", id.as_str())?;
+                    (node, true)
+                }
+            };
+            if moves {
+                for edge in edges_above(edit.snapshot(), node) {
+                    edit.remove_edge(edge)?;
+                }
+            }
+            say(edit, node, part)?;
+            made.insert(id, node);
+            held.push((node, part));
+        }
+        for (node, part) in &held {
+            let edge = match edges_above(edit.snapshot(), *node).first() {
+                Some(edge) => *edge,
+                None => {
+                    let above = match made.get(part.parent.as_str()) {
+                        Some(above) => *above,
+                        None => above(edit, known, &part.parent)?,
+                    };
+                    edit.add_edge("RT", above, *node)?
+                }
+            };
+            let pose = Value::from(part.pose);
+            if edit.snapshot().get(edge, "pose") != Some(&pose) {
+                edit.set(edge, "pose", pose)?;
+            }
+        }
+        Ok(held.into_iter().map(|(node, _)| node).collect())
+    }
+}
+
+/// Whether a part is more than a `Frame` says.
+fn is_more(part: &Part) -> bool {
+    !part.element.is_empty() || part.position.is_some() || !part.attributes.is_empty()
+}
+
+/// The edges that hold a node.
+fn edges_above(world: &Snapshot, node: NodeId) -> Vec<property_graph::EdgeId> {
+    let Some(relation) = world.symbol("RT") else {
+        return Vec::new();
+    };
+    let edges = world.in_edges(node, Some(relation));
+    edges.map(|edge| edge.edge_id()).collect()
+}
+
+/// A node as a `Part`: a `Frame` gets a successor with its place and its children.
+fn more(edit: &mut property_graph::Edit, node: NodeId) -> Result<NodeId, Error> {
+    let old = edit.snapshot().node(node)?;
+    if old.type_name() != "Frame" {
+        return Ok(node);
+    }
+    let name = old.name().to_owned();
+    let relation = edit.snapshot().symbol("RT");
+    let ends =
+        |edge: property_graph::EdgeRef<'_>| (edge.from(), edge.to(), edge.get("pose").cloned());
+    let above = edit.snapshot().in_edges(node, relation).map(ends);
+    let below = edit.snapshot().out_edges(node, relation).map(ends);
+    let edges: Vec<_> = above.chain(below).collect();
+    edit.remove_node(node)?;
+    let new = edit.add_node("Part")?;
+    edit.set(new, "name", name)?;
+    for (from, to, pose) in edges {
+        let [from, to] = [from, to].map(|end| if end == node { new } else { end });
+        let edge = edit.add_edge("RT", from, to)?;
+        if let Some(pose) = pose {
+            edit.set(edge, "pose", pose)?;
+        }
+    }
+    Ok(new)
+}
+
+/// Gives a node the attributes of a part.
+fn say(edit: &mut property_graph::Edit, node: NodeId, part: &Part) -> Result<(), Error> {
+    let element = (!part.element.is_empty()).then(|| Value::from(part.element.as_str()));
+    let texts = part.attributes.iter().map(|text| text.as_str().into());
+    let attributes = (!part.attributes.is_empty()).then(|| Value::Texts(texts.collect()));
+    for (name, value) in [
+        ("element", element),
+        ("position", part.position.map(Value::from)),
+        ("attributes", attributes),
+    ] {
+        let own = edit.snapshot().get(Element::Node(node), name);
+        match value {
+            Some(value) if own != Some(&value) => edit.set(node, name, value)?,
+            None if own.is_some() => edit.unset(node, name)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The node of a parent. The root is there once it is needed.
+fn above(
+    edit: &mut property_graph::Edit,
+    known: &HashMap<String, (Id, Part)>,
+    id: &str,
+) -> Result<NodeId, Error> {
+    if id != ROOT {
+        let node = known.get(id);
+        let node = node.and_then(|(of, _)| edit.snapshot().find_node(*of));
+        return node.ok_or(Error::Removed);
+    }
+    let world = edit.snapshot();
+    let roots = world.named(ROOT);
+    let roots = roots.filter(|node| edges_above(world, *node).is_empty());
+    let root = roots.min_by_key(|node| world.node(*node).map(|node| node.id()).ok());
+    match root {
+        Some(root) => Ok(root),
+        None => {
+            let root = edit.add_node("Frame")?;
+            edit.set(root, "name", ROOT)?;
+            Ok(root)
+        }
+    }
+}
