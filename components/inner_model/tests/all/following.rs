@@ -248,6 +248,33 @@ fn components_of_the_world_move_add_and_name_frames() {
     );
 }
 
+/// Collisions and rays are those of the world, whoever moves its frames.
+#[test]
+fn bodies_of_the_world_collide() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("", 1));
+    settle(&mut a, &mut b);
+    let touches = |one: &mut One| {
+        let (worker, ctx) = context(one);
+        worker.collide(ctx, "cup".into(), "pedestal".into())
+    };
+    assert_eq!([touches(&mut a), touches(&mut b)], [Ok(false), Ok(false)]);
+    let others = b.1.g.others();
+    b.1.g.meet(&others).expect("one schema");
+    let moved = others.change(|edit| {
+        let world = edit.snapshot();
+        let cup = named(world, "cup");
+        let held = world.in_edges(cup, None).next().map(|edge| edge.edge_id());
+        let held = held.expect("an edge");
+        // Where the arm stands.
+        edit.set(held, "pose", [0.0, 0.0, -0.2, 0.0, 0.0, 0.0])?;
+        Ok(())
+    });
+    moved.expect("a change");
+    b.1.g.meet(&others).expect("one schema");
+    settle(&mut a, &mut b);
+    assert_eq!([touches(&mut a), touches(&mut b)], [Ok(true), Ok(true)]);
+}
+
 /// What no file can say is not in the tree, and the rest is.
 #[test]
 fn elements_that_are_none_stay_out_of_the_tree() {

@@ -87,7 +87,8 @@ fn rows(seconds: u64) -> Vec<Row> {
 fn start(role: &Role, network: &str, number: usize) -> Result<Child, String> {
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut command = Command::new(program);
-    command.args([role.text(), network.to_owned(), format!("agent{number}")]);
+    command.args(["--network", network, "--name", &format!("agent{number}")]);
+    command.env(member::ROLE_OF, role.text());
     let command = command.stdout(Stdio::piped()).stdin(Stdio::null());
     command.spawn().map_err(|error| error.to_string())
 }
@@ -165,14 +166,19 @@ fn role_word(mode: Mode) -> &'static str {
 }
 
 fn main() -> ExitCode {
+    if let Ok(role) = std::env::var(member::ROLE_OF) {
+        return ended(member::run(&role));
+    }
     let args: Vec<String> = std::env::args().skip(1).collect();
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
-    let done = match args[..] {
+    ended(match args[..] {
         [] => table(10),
         ["--smoke"] => table(1),
-        [role, network, name] => member::run(role, network, name),
         _ => Err("usage: bench_world [--smoke]".to_owned()),
-    };
+    })
+}
+
+fn ended(done: Result<(), String>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

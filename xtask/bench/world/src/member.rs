@@ -4,6 +4,7 @@ use rc_middleware::{Reader, Writer};
 use rc_world::property_graph::{Schema, Value};
 use rc_world::{Message, Rights, Setup, Topic, World};
 use rc_world_member::{Driver, Interface, place};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime};
 use world_agent_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
@@ -124,6 +125,10 @@ fn nanos() -> i64 {
     now.map_or(0, |now| now.as_nanos() as i64)
 }
 
+/// The variable with the role of a process.
+pub(crate) const ROLE_OF: &str = "RC_BENCH_WORLD";
+
+static IS_OVER: AtomicBool = AtomicBool::new(false);
 static ROLE: OnceLock<Role> = OnceLock::new();
 static DELAYS: Mutex<Vec<i64>> = Mutex::new(Vec::new());
 
@@ -242,6 +247,9 @@ impl Worker<Context> for Member {
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        if IS_OVER.load(Ordering::Relaxed) {
+            ctx.stop("everything is measured");
+        }
         if self.began.elapsed() > WARM {
             self.due += self.role.rate * ctx.period().as_millis() as u64;
         }
@@ -387,25 +395,29 @@ impl ReceiveWorldStream<Context> for Member {
     }
 }
 
-/// Runs a process, and prints its measurements.
-pub(crate) fn run(role: &str, network: &str, name: &str) -> Result<(), String> {
+/// Runs a process, and prints its measurements. As in any component, the worker has the first thread:
+/// the memory of another one grows page by page.
+pub(crate) fn run(role: &str) -> Result<(), String> {
     let role = Role::read(role).ok_or("no such role")?;
     let measured = Duration::from_secs(role.seconds);
     let _ = ROLE.set(role.clone());
     if role.late && role.mode == Mode::World {
         std::thread::sleep(WARM);
     }
-    let args = ["--network", network, "--name", name];
-    let embedded = world_agent_generated::embed::<Member>(&args).map_err(|e| e.to_string())?;
-    std::thread::sleep(WARM);
-    let before = processor_time();
-    std::thread::sleep(measured);
-    let taken = (processor_time() - before) as f64 / 1e6 / measured.as_secs_f64();
-    let memory = memory_kb();
-    // The others have measured, too.
-    std::thread::sleep(Duration::from_millis(500));
-    embedded.stop();
-    embedded.join().map_err(|error| error.to_string())?;
+    let measuring = std::thread::spawn(move || {
+        std::thread::sleep(WARM);
+        let before = processor_time();
+        std::thread::sleep(measured);
+        let taken = (processor_time() - before) as f64 / 1e6 / measured.as_secs_f64();
+        let memory = memory_kb();
+        // The others have measured, too.
+        std::thread::sleep(Duration::from_millis(500));
+        IS_OVER.store(true, Ordering::Relaxed);
+        (taken, memory)
+    });
+    let _ = world_agent_generated::run::<Member>();
+    let measured = measuring.join();
+    let (taken, memory) = measured.map_err(|_| "nothing was measured".to_owned())?;
     let mut delays = DELAYS.lock().map_err(|error| error.to_string())?;
     delays.sort_unstable();
     let median = delays
