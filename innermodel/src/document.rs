@@ -52,30 +52,31 @@ impl NodeRef<'_> {
     /// The node as an element of a file, without its children and without the position of a joint.
     /// Meshes and textures have the whole paths of their files, so that another process finds them.
     pub fn element(&self) -> String {
-        self.written(self.described(None))
+        written(self.described(None))
     }
 
     /// As [`Self::element`], without its pose.
     pub fn element_at_rest(&self) -> String {
-        self.written(Node {
+        written(Node {
             pose: Pose::default(),
             ..self.described(None)
         })
     }
+}
 
-    fn written(&self, mut node: Node) -> String {
-        let (written, path) = match &mut node.kind {
-            Kind::Mesh(mesh) => (&mut mesh.file, &mesh.path),
-            Kind::Plane(plane) | Kind::Display(Display { plane, .. }) => {
-                (&mut plane.texture, &plane.picture)
-            }
-            _ => return innermodel_language::element(&node),
-        };
-        if let Some(path) = path.as_deref().and_then(|path| path.to_str()) {
-            path.clone_into(written);
+/// A node as an element, with the whole paths of its files.
+fn written(mut node: Node) -> String {
+    let (written, path) = match &mut node.kind {
+        Kind::Mesh(mesh) => (&mut mesh.file, &mesh.path),
+        Kind::Plane(plane) | Kind::Display(Display { plane, .. }) => {
+            (&mut plane.texture, &plane.picture)
         }
-        innermodel_language::element(&node)
+        _ => return innermodel_language::element(&node),
+    };
+    if let Some(path) = path.as_deref().and_then(|path| path.to_str()) {
+        path.clone_into(written);
     }
+    innermodel_language::element(&node)
 }
 
 impl Snapshot {
