@@ -3,7 +3,6 @@
 use crate::front;
 use crate::world::World;
 use inner_model_generated::tracing::{info, warn};
-use inner_model_generated::world::{FrameChange, PartChange, RtChange};
 use inner_model_generated::{Context, ParamChange, Worker, WorkerError, WorldHandlers};
 use std::sync::Arc;
 use std::time::Duration;
@@ -83,16 +82,5 @@ impl SpecificWorker {
     }
 }
 
-impl WorldHandlers for SpecificWorker {
-    fn frame_changed(&mut self, ctx: &mut Context, _change: &FrameChange) {
-        self.meet(ctx);
-    }
-
-    fn part_changed(&mut self, ctx: &mut Context, _change: &PartChange) {
-        self.meet(ctx);
-    }
-
-    fn rt_changed(&mut self, ctx: &mut Context, _change: &RtChange) {
-        self.meet(ctx);
-    }
-}
+/// What others change is in the tree after the next period, however often they do.
+impl WorldHandlers for SpecificWorker {}
