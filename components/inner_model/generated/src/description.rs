@@ -56,7 +56,7 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "inner_model",
-    model_hash: 0x999abfd90c65daa0,
+    model_hash: 0x55ada06a7b127584,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),

@@ -20,21 +20,6 @@ pub trait WorldHandlers {
     fn overruled(&mut self, ctx: &mut Context, value: &Overruled) {
         let _ = (ctx, value);
     }
-
-    /// What has the type `Frame` was added, changed or removed.
-    fn frame_changed(&mut self, ctx: &mut Context, change: &FrameChange) {
-        let _ = (ctx, change);
-    }
-
-    /// What has the type `Part` was added, changed or removed.
-    fn part_changed(&mut self, ctx: &mut Context, change: &PartChange) {
-        let _ = (ctx, change);
-    }
-
-    /// What has the type `RT` was added, changed or removed.
-    fn rt_changed(&mut self, ctx: &mut Context, change: &RtChange) {
-        let _ = (ctx, change);
-    }
 }
 
 /// Follows the world in a turn of the event loop. Returns whether anything has happened.
@@ -43,24 +28,13 @@ pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool 
     while let Some(value) = Overruled::next(&ctx.g) {
         worker.overruled(ctx, &value);
     }
-    if let Some(change) = news.as_ref().and_then(typed::Change::of) {
-        worker.frame_changed(ctx, &change);
-    }
-    if let Some(change) = news.as_ref().and_then(typed::Change::of) {
-        worker.part_changed(ctx, &change);
-    }
-    if let Some(change) = news.as_ref().and_then(typed::Change::of) {
-        worker.rt_changed(ctx, &change);
-    }
+    let _ = news;
     did
 }
 typed::node!(
     /// Something with a position and an orientation.
     Frame, "Frame"
 );
-
-/// What has changed of the type `Frame`.
-pub type FrameChange = typed::Change<Frame<'static>>;
 typed::reads! { 's Frame;
 
     /// `string`. `None` if it has no value.
@@ -115,9 +89,6 @@ typed::node!(
     /// A node of a tree that is more than a frame: a body, a joint or a device.
     Part, "Part"
 );
-
-/// What has changed of the type `Part`.
-pub type PartChange = typed::Change<Part<'static>>;
 typed::reads! { 's Part;
 
     /// `string`. `None` if it has no value.
@@ -161,9 +132,6 @@ typed::edge!(
     /// Where a child is in its parent. A frame has one parent.
     Rt, "RT"
 );
-
-/// What has changed of the type `RT`.
-pub type RtChange = typed::Change<Rt<'static>>;
 typed::reads! { 's Rt;
 
     /// `float[6] history 2s`. `None` if it has no value.
