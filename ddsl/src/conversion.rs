@@ -193,7 +193,7 @@ fn joined(items: Vec<Item>) -> Vec<Item> {
             },
             item @ (Item::Numbers(..)
             | Item::Marked(..)
-            | Item::KeptNumber(_)
+            | Item::KeptNumber(..)
             | Item::KeptText
             | Item::Bytes(_)
             | Item::Text) => item,

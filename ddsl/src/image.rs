@@ -146,10 +146,10 @@ impl Image {
             pair.to.library.resolved(to),
         );
         if let Some(item) = self.moves.take(from) {
-            if let Item::KeptNumber(number) = &item {
+            if let Item::KeptNumber(number, _) = item {
                 self.skip_to(offset);
                 self.at = offset + number.size();
-                self.items.push(item);
+                self.items.push(Item::KeptNumber(number, factor));
             }
             return;
         }

@@ -5,7 +5,7 @@ use crate::end::End;
 use rc_conversion::{Formula, Operand, is_frame};
 use rc_idsl::model::{Member, TypeId};
 use rc_plans::{Kind, Plan, Refusal};
-use rc_prototypes::model::{Content, Covariance, Library, Part, Prototype};
+use rc_prototypes::model::{Content, Library, Part, Prototype};
 use rc_quantity::Unit;
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
@@ -28,6 +28,7 @@ fn of_type(end: End<'_>, id: TypeId, is_sequence: bool) -> Vec<&Prototype> {
     let all = end.prototypes.prototypes.iter();
     all.filter(|of| of.sequence.is_some() == is_sequence)
         .filter(|of| of.interface_type() == Some(path.as_str()))
+        .filter(|of| !end.prototypes.is_part_of_same(of))
         .collect()
 }
 
@@ -195,28 +196,29 @@ pub(crate) enum NotConverted {
     Places(String),
 }
 
-/// The members with the numbers of a prototype, so many of its covariance, and those of the covariances
-/// of these parts.
+/// The members with the numbers of a prototype, and with these of its covariances.
 fn members(
     end: End<'_>,
     of: &Prototype,
-    (spread, parts): (usize, &[(String, usize)]),
+    covariances: &[(String, usize)],
 ) -> Result<Vec<String>, NotConverted> {
-    let unknown = || NotConverted::Places(of.name.clone());
-    let members = end.prototypes.members(of, spread).ok_or_else(unknown)?;
-    let mut members: Vec<String> = members.into_iter().map(|datum| datum.member).collect();
-    for (path, count) in parts {
-        let places = end.prototypes.covariance_of_part(of, path, *count);
-        members.extend(places.ok_or_else(unknown)?);
-    }
-    Ok(members)
+    let members = end.prototypes.members(of, covariances);
+    let members = members.ok_or_else(|| NotConverted::Places(of.name.clone()))?;
+    Ok(members.into_iter().map(|datum| datum.member).collect())
 }
 
-/// `right-ahead-up`
-fn directions(library: &Library, name: Option<&String>) -> Option<String> {
-    let mut all = library.axes.iter();
-    let axes = all.find(|axes| Some(&axes.name) == name)?;
-    Some(axes.directions.replace(", ", "-"))
+/// `right-ahead-up`, or `right-ahead-up with a body ahead-left-up`
+fn directions(library: &Library, of: &Prototype) -> Option<String> {
+    let named = |name: Option<&String>| {
+        let mut all = library.axes.iter();
+        let axes = all.find(|axes| Some(&axes.name) == name)?;
+        Some(axes.directions.replace(", ", "-"))
+    };
+    let axes = named(of.axes.as_ref())?;
+    Some(match named(of.body.as_ref()) {
+        Some(body) => format!("{axes} with a body {body}"),
+        None => axes,
+    })
 }
 
 /// The plan from one prototype to another one.
@@ -251,21 +253,15 @@ fn meaning(
     let plan = if change.is_some() {
         rc_plans::moving(ends.0, ends.1)
     } else {
-        rc_plans::connecting(ends.0, ends.1)
+        rc_plans::between(ends.0, ends.1)
     };
     let plan = plan.map_err(NotConverted::Refused)?;
     if let Some(function) = plan.program.functions().next() {
         return Err(NotConverted::Function(function.to_owned()));
     }
-    let values = sender.prototypes.numbers(from).map_or(0, |of| of.len());
-    let of_parts: usize = plan.parts.iter().map(|(_, count)| count).sum();
-    let spread = plan
-        .program
-        .inputs()
-        .saturating_sub(values + of_parts + plan.transform);
     let (ours, theirs) = (
-        members(sender, from, (spread, &plan.parts))?,
-        members(receiver, to, (spread, &plan.parts))?,
+        members(sender, from, &plan.covariances[0])?,
+        members(receiver, to, &plan.covariances[1])?,
     );
     let kinds: BTreeSet<Kind> = plan
         .steps
@@ -280,8 +276,7 @@ fn meaning(
     } else {
         "meaning-mismatch"
     };
-    let axes = directions(sender.prototypes, from.axes.as_ref())
-        .zip(directions(receiver.prototypes, to.axes.as_ref()));
+    let axes = directions(sender.prototypes, from).zip(directions(receiver.prototypes, to));
     let mut parts = Vec::new();
     for kind in &kinds {
         match (kind, &axes) {
@@ -321,45 +316,19 @@ fn meaning(
     meaning.is_identity =
         formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
     let (own, wanted) = (&from.covariance, &to.covariance);
-    let is_array = |of: &Covariance| of.number.is_some();
-    // Only numbers of arrays have places that a plan knows.
-    let converts = spread > 0 && own.iter().chain(wanted).all(is_array);
     let differ = own.is_some() && wanted.is_some() && own != wanted;
-    let mut of_parts = covariances_of_parts(sender.prototypes, from, "");
-    of_parts.extend(covariances_of_parts(receiver.prototypes, to, ""));
-    let mut of_parts = of_parts.iter();
-    let is_converted = |path: &str| meaning.plan.parts.iter().any(|(own, _)| own == path);
-    let part_stays = of_parts.any(|(path, of)| !is_array(of) || !is_converted(path));
-    let stays = !converts && (own.is_some() || wanted.is_some()) || part_stays;
-    if !converts && differ || !meaning.is_identity && stays {
+    let mut all = sender.prototypes.covariances(from);
+    all.extend(receiver.prototypes.covariances(to));
+    let mut all = all.iter();
+    // Only numbers of arrays have places that a plan knows.
+    let stays = all.any(|of| {
+        let mut converted = meaning.plan.covariances[0].iter();
+        of.covariance.number.is_none() || converted.all(|(part, _)| *part != of.part)
+    });
+    if stays && (differ || !meaning.is_identity) {
         return Err(NotConverted::Covariance);
     }
     Ok(meaning)
-}
-
-/// The covariances of the parts of a composite, with the names of these and of those around them.
-fn covariances_of_parts<'l>(
-    library: &'l Library,
-    of: &'l Prototype,
-    around: &str,
-) -> Vec<(String, &'l Covariance)> {
-    let Content::Parts(parts) = &of.content else {
-        return Vec::new();
-    };
-    let mut out = Vec::new();
-    for part in parts {
-        let path = match around {
-            "" => part.name.clone(),
-            around => format!("{around}.{}", part.name),
-        };
-        let Some(inner) = library.prototype(&part.prototype) else {
-            continue;
-        };
-        let more = covariances_of_parts(library, inner, &path);
-        out.extend(inner.covariance.iter().map(|own| (path.clone(), own)));
-        out.extend(more);
-    }
-    out
 }
 
 fn coordinate(of: &Prototype) -> &str {
@@ -412,7 +381,7 @@ pub(crate) fn described(end: End<'_>, of: &Prototype) -> String {
             words.extend(inner.map(|part| described(end, part)));
         }
     }
-    words.extend(directions(end.prototypes, of.axes.as_ref()));
+    words.extend(directions(end.prototypes, of));
     format!("{} ({})", of.semantic, words.join(", "))
 }
 

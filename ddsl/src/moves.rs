@@ -23,8 +23,6 @@ pub(crate) enum MoveError {
     Repeated,
     /// The time is neither a number with a unit nor seconds with nanoseconds.
     Time,
-    /// The time has another unit at the other end, and would be converted before it is read.
-    Unit,
     /// The frame is not a string.
     Frame,
     /// The frame is a string of a message that travels in place.
@@ -161,7 +159,9 @@ impl Moves {
         }
         let (item, at) = match value {
             Type::Text { .. } => (Item::KeptText, &mut self.texts),
-            Type::Primitive(number) => (Item::KeptNumber(number.number()?), &mut self.numbers),
+            Type::Primitive(number) => {
+                (Item::KeptNumber(number.number()?, None), &mut self.numbers)
+            },
             Type::Sequence { .. }
             | Type::Array { .. }
             | Type::Dictionary { .. }

@@ -286,12 +286,9 @@ impl<'a> Pair<'a> {
             self.from.library.resolved(from),
             self.to.library.resolved(to),
         );
-        if let Some(item) = found.moves.take(from) {
-            // The members that a change of frames reads stay as they are.
-            return match factor {
-                None => Ok(vec![item]),
-                Some(_) => Err(NoPlan::Move(path.to_owned(), MoveError::Unit)),
-            };
+        let kept = found.moves.take(from);
+        if let Some(item) = kept.clone().filter(|_| factor.is_none()) {
+            return Ok(vec![item]);
         }
         if let Some(marks) = found.marks.as_mut().filter(|marks| marks.has())
             && let Some((array, number)) = numbers(self.from.library, from)
@@ -322,7 +319,11 @@ impl<'a> Pair<'a> {
                 if !found.out.contains(&converted) {
                     found.out.push(converted);
                 }
-                vec![Item::Numbers(1, own, Some(factor))]
+                // A change of frames reads the time before it is converted.
+                vec![match kept {
+                    Some(_) => Item::KeptNumber(own, Some(factor)),
+                    None => Item::Numbers(1, own, Some(factor)),
+                }]
             }
             (Type::Named(one), Type::Named(other)) => self.declared(*one, *other, chosen, found)?,
             (from, to) => {

@@ -112,12 +112,6 @@ pub(crate) fn compare(
                     format!("the `stamp` of `{path}` is not a time"),
                     "name a number with `@unit` s, ms, us or ns, or a structure of seconds and nanoseconds",
                 ),
-                NoPlan::Move(path, MoveError::Unit) => (
-                    format!(
-                        "`{path}` is the time of a change of frames, and has another unit at each end"
-                    ),
-                    "give it the unit of the other end",
-                ),
                 NoPlan::Move(path, MoveError::Frame) => (
                     format!("the frame of `{path}` is not a string"),
                     "name a member with the name of the frame, or the frame itself",

@@ -71,7 +71,7 @@ const fn composite(
 }
 
 /// The meanings of the domain `geometry`.
-pub const GEOMETRY: [Semantic; 16] = [
+pub const GEOMETRY: [Semantic; 17] = [
     semantic_of("Position", "a point in a frame", "m", SPACE),
     semantic_of("Orientation", "a rotation of a frame", "1", ROTATION),
     composite(
@@ -98,6 +98,17 @@ pub const GEOMETRY: [Semantic; 16] = [
         "velocities of a body",
         &[],
         &[
+            ("LinearVelocity", "LinearVelocity"),
+            ("AngularVelocity", "AngularVelocity"),
+        ],
+    ),
+    composite(
+        "KinematicState",
+        "pose of a frame, and its velocities along the same axes",
+        &[],
+        &[
+            ("Position", "Position"),
+            ("Orientation", "Orientation"),
             ("LinearVelocity", "LinearVelocity"),
             ("AngularVelocity", "AngularVelocity"),
         ],

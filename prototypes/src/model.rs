@@ -84,6 +84,9 @@ pub struct Prototype {
     pub content: Content,
     /// The name of its axes.
     pub axes: Option<String>,
+    /// The name of the axes of the body whose rotation it is, if they are others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
     /// Names of frames, or members with them: `of`, `with_respect_to`, `stamp`.
     pub frames: Vec<(String, String)>,
     /// The member whose elements are values.
@@ -153,7 +156,7 @@ pub struct Part {
     pub name: String,
     /// The prototype.
     pub prototype: String,
-    /// The member that holds it, where one is named.
+    /// The member that holds it, where one is named. Empty if the type of the whole itself does.
     pub member: Option<String>,
 }
 
@@ -169,6 +172,17 @@ pub struct Covariance {
     /// How its numbers are stored, where it is an array of numbers of an interface.
     #[serde(serialize_with = "word", skip_serializing_if = "Option::is_none")]
     pub number: Option<Primitive>,
+}
+
+/// A covariance of a prototype or of one of its parts.
+#[derive(Clone, Debug)]
+pub struct PlacedCovariance<'l> {
+    /// The names of the part and of those around it, with dots. Empty for the whole.
+    pub part: String,
+    /// The member of the type of the whole that holds it, if the composites say where their parts are.
+    pub member: Option<String>,
+    /// The covariance.
+    pub covariance: &'l Covariance,
 }
 
 /// `view OF.PART -> TARGET { … }`
@@ -205,7 +219,25 @@ impl Prototype {
     }
 }
 
+/// The path of a member of a part that this member holds.
+fn below(member: &str, own: &str) -> String {
+    match member {
+        "" => own.to_owned(),
+        member => format!("{member}.{own}"),
+    }
+}
+
 impl Library {
+    /// Whether a prototype is a part of another one that is about the same type.
+    pub fn is_part_of_same(&self, of: &Prototype) -> bool {
+        self.prototypes.iter().any(|whole| match &whole.content {
+            Content::Parts(parts) => parts.iter().any(|part| {
+                part.prototype == of.name && part.member.as_deref() == Some("")
+            }),
+            Content::Values { .. } => false,
+        })
+    }
+
     /// These prototypes, each about one element of its sequence. The caller knows the places of the
     /// elements.
     #[must_use]
@@ -235,54 +267,61 @@ impl Library {
             let inner = self.prototype(&part.prototype);
             let inner = inner.filter(|inner| inner.sequence.is_none())?;
             out.extend(self.numbers(inner)?.into_iter().map(|datum| Datum {
-                member: format!("{member}.{}", datum.member),
+                member: below(member, &datum.member),
                 ..datum
             }));
         }
         Some(out)
     }
 
-    /// The numbers of a prototype, then so many of its covariance, with their places in its type.
-    /// `None` as for [`Self::numbers`].
-    pub fn members(&self, of: &Prototype, spread: usize) -> Option<Vec<Datum>> {
+    /// The covariances of a prototype and of its parts, in their order.
+    pub fn covariances<'l>(&'l self, of: &'l Prototype) -> Vec<PlacedCovariance<'l>> {
+        let own = of.covariance.iter().map(|covariance| PlacedCovariance {
+            part: String::new(),
+            member: Some(covariance.member.clone()),
+            covariance,
+        });
+        let mut out: Vec<_> = own.collect();
+        let Content::Parts(parts) = &of.content else {
+            return out;
+        };
+        for part in parts {
+            let inner = self.prototype(&part.prototype).into_iter();
+            let inner = inner.flat_map(|inner| self.covariances(inner));
+            out.extend(inner.map(|inner| PlacedCovariance {
+                part: match inner.part.as_str() {
+                    "" => part.name.clone(),
+                    below => format!("{}.{below}", part.name),
+                },
+                member: part
+                    .member
+                    .as_ref()
+                    .zip(inner.member)
+                    .map(|(member, own)| below(member, &own)),
+                ..inner
+            }));
+        }
+        out
+    }
+
+    /// The numbers of a prototype, then so many of these of its covariances, with their places in its
+    /// type. `None` as for [`Self::numbers`].
+    pub fn members(&self, of: &Prototype, covariances: &[(String, usize)]) -> Option<Vec<Datum>> {
         let mut out = self.numbers(of)?;
-        if let Some(covariance) = &of.covariance {
-            out.extend((0..spread).map(|at| Datum {
+        let known = self.covariances(of);
+        for (part, count) in covariances {
+            let own = known.iter().find(|own| own.part == *part)?;
+            let member = own.member.as_ref()?;
+            out.extend((0..*count).map(|at| Datum {
                 symbol: String::new(),
                 role: String::new(),
-                member: format!("{}.{at}", covariance.member),
+                member: format!("{member}.{at}"),
                 unit: None,
-                number: covariance.number,
+                number: own.covariance.number,
                 is_opposite: false,
             }));
         }
         Some(out)
-    }
-
-    /// The places of so many numbers of the covariance of a part, whose names `path` has with dots:
-    /// `Position`. `None` as for [`Self::numbers`], or if there is none.
-    pub fn covariance_of_part(
-        &self,
-        of: &Prototype,
-        path: &str,
-        count: usize,
-    ) -> Option<Vec<String>> {
-        let (mut here, mut place) = (of, String::new());
-        for name in path.split('.') {
-            let Content::Parts(parts) = &here.content else {
-                return None;
-            };
-            let part = parts.iter().find(|part| part.name == name)?;
-            place += part.member.as_ref()?;
-            place.push('.');
-            here = self.prototype(&part.prototype)?;
-        }
-        let member = &here.covariance.as_ref()?.member;
-        Some(
-            (0..count)
-                .map(|at| format!("{place}{member}.{at}"))
-                .collect(),
-        )
     }
 
     /// The abstract type with this name.

@@ -39,7 +39,7 @@ class _Conversion:
         self.sources = [member.split(".") for member in native.from_]
         self.targets = [member.split(".") for member, _ in native.to]
         self.numbers = [number for _, number in native.to]
-        self.dropped = native.dropped.split(".") if native.dropped else None
+        self.dropped = [member.split(".") for member in native.dropped]
 
     def rows(self, blocks: Iterator[_Array]) -> Iterator[_Array]:
         """Rows of the first prototype as rows of the second one, block by block."""
@@ -327,8 +327,9 @@ def _elements(
             made.append(_object(leaves))
             continue
         target = out[at] if out is not None else value
-        if conversion.dropped and _has(target, [conversion.dropped]):
-            raise _kept(conversion.dropped)
+        for dropped in conversion.dropped:
+            if _has(target, [dropped]):
+                raise _kept(dropped)
         if out is None:
             target = copy.deepcopy(value)
         for (path, number), kind in zip(leaves, conversion.numbers, strict=True):
@@ -488,8 +489,9 @@ def _structured(conversion: _Conversion, value: _Array, out: _Array | None) -> _
     if result is None:
         has_all = all(_has_column(value, path) for path in conversion.targets)
         result = value.copy() if has_all else _with_fields(conversion, value)
-    if conversion.dropped and _has_column(result, conversion.dropped):
-        raise _kept(conversion.dropped)
+    for dropped in conversion.dropped:
+        if _has_column(result, dropped):
+            raise _kept(dropped)
     targets = [_column(result, path) for path in conversion.targets]
     for target, number in zip(targets, conversion.numbers, strict=True):
         _check_number(target.dtype, number)
@@ -520,8 +522,7 @@ def _with_fields(conversion: _Conversion, value: _Array) -> _Array:
             f"`{conversion.wanted.name}` has no names for its numbers; convert a plain array"
         )
     used = {path[0] for path in conversion.sources}
-    if conversion.dropped:
-        used.add(conversion.dropped[0])
+    used |= {dropped[0] for dropped in conversion.dropped}
     used |= {_native.name_of("member", name) for name in used}
     names = {field[0] for field in new}
     assert value.dtype.names is not None

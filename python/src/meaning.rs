@@ -100,15 +100,15 @@ impl Prototypes {
             let reason = format!("the function `{function}` would have to convert");
             return Err(no("no-conversion", &reason));
         }
-        let spread = plan.spread(&self.library);
-        let members = |of: &Prototype| {
-            let members = self.library.members(of, spread);
+        let [ours, theirs] = &plan.covariances;
+        let members = |of: &Prototype, covariances: &[(String, usize)]| {
+            let members = self.library.members(of, covariances);
             members.ok_or_else(|| {
                 let reason = format!("`{}` does not say which members hold its parts", of.name);
                 no("no-conversion", &reason)
             })
         };
-        let (input, output) = (members(own)?, members(wanted)?);
+        let (input, output) = (members(own, ours)?, members(wanted, theirs)?);
         let width = input.len().max(output.len());
         let places = |count: usize| (0..).take(count).map(Some).collect::<Vec<Option<u32>>>();
         let formula = plan.formula((&places(input.len()), &places(output.len())), width, 0);
@@ -117,6 +117,9 @@ impl Prototypes {
             items: vec![marked],
             formula,
         };
+        // They would stay in axes and units that the rest has no more.
+        let dropped = self.library.covariances(own).into_iter();
+        let dropped = dropped.filter(|of| ours.iter().all(|(part, _)| *part != of.part));
         Ok(Conversion {
             rows: rc_conversion::Program::new(&[Item::Sequence(vec![group])]),
             width,
@@ -128,12 +131,7 @@ impl Prototypes {
                     (datum.member, number)
                 })
                 .collect(),
-            // It would stay in axes and units that the rest has no more.
-            dropped: own
-                .covariance
-                .as_ref()
-                .filter(|_| spread == 0)
-                .map(|of| of.member.clone()),
+            dropped: dropped.filter_map(|of| of.member).collect(),
             formula: plan.program,
         })
     }
@@ -142,9 +140,9 @@ impl Prototypes {
 /// The conversion of rows of numbers of one prototype into those of another one.
 #[pyclass(frozen, module = "robocomp._native")]
 pub(crate) struct Conversion {
-    /// The member with the covariance of the first prototype, if it is not converted.
+    /// The members with covariances of the first prototype that are not converted.
     #[pyo3(get)]
-    dropped: Option<String>,
+    dropped: Vec<String>,
     /// The numbers of a row: as many as the prototype with more of them has.
     #[pyo3(get)]
     width: usize,

@@ -2,6 +2,7 @@
 
 mod adaptors;
 mod chains;
+mod composites;
 mod language;
 mod meanings;
 mod members;
@@ -11,5 +12,6 @@ mod peers;
 mod processes;
 mod settings;
 mod size;
+mod times;
 mod transports;
 mod units;

@@ -36,8 +36,8 @@ struct View {
     to: Vec<(String, Primitive, Option<String>)>,
     /// The member whose elements are values.
     sequence: Option<String>,
-    /// A member that the result does not have.
-    dropped: Option<String>,
+    /// The members that the result does not have.
+    dropped: Vec<String>,
     /// The losses and assumptions of the plan.
     told: Vec<String>,
 }
@@ -404,18 +404,22 @@ fn view(
     if let Some(function) = plan.program.functions().next() {
         return Err(format!("the function `{function}` would have to convert"));
     }
-    let spread = plan.spread(library);
-    let members = |of: &Prototype| {
-        let members = library.members(of, spread);
+    let [ours, theirs] = &plan.covariances;
+    let members = |of: &Prototype, covariances: &[(String, usize)]| {
+        let members = library.members(of, covariances);
         members.ok_or_else(|| format!("`{}` does not say which members hold its parts", of.name))
     };
-    let (from, to) = (members(own)?, members(wanted)?);
+    let (from, to) = (members(own, ours)?, members(wanted, theirs)?);
     let to = to.into_iter().map(|datum| {
         let number = datum.number.unwrap_or(Primitive::F64);
         (datum.member, number, datum.unit)
     });
+    // They would stay in axes and units that the rest has no more.
+    let dropped = library.covariances(own).into_iter();
+    let dropped = dropped.filter(|of| ours.iter().all(|(part, _)| *part != of.part));
     Ok(View {
         name: own.name.clone(),
+        dropped: dropped.filter_map(|of| of.member).collect(),
         types: Vec::new(),
         from: from.into_iter().map(|datum| datum.member).collect(),
         to: to.collect(),
@@ -427,12 +431,6 @@ fn view(
             .collect(),
         program: plan.program,
         sequence: own.sequence.clone(),
-        // It would stay in axes and units that the rest has no more.
-        dropped: own
-            .covariance
-            .as_ref()
-            .filter(|_| spread == 0)
-            .map(|of| of.member.clone()),
     })
 }
 

@@ -13,8 +13,8 @@ pub enum Item {
     Numbers(u32, Primitive, Option<Conversion>),
     /// This many numbers of one type that the formula of the group around them reads and writes.
     Marked(u32, Primitive),
-    /// A number that a change of frames needs. It stays as it is.
-    KeptNumber(Primitive),
+    /// A number that a change of frames needs, as the sender has it.
+    KeptNumber(Primitive, Option<Conversion>),
     /// A string that a change of frames needs.
     KeptText,
     /// Values with marked numbers, which a formula converts together.
@@ -65,7 +65,7 @@ impl Item {
     pub fn converts(&self) -> bool {
         match self {
             Self::Numbers(_, _, conversion) => conversion.is_some(),
-            Self::Marked(..) | Self::Group { .. } | Self::KeptNumber(_) | Self::KeptText => true,
+            Self::Marked(..) | Self::Group { .. } | Self::KeptNumber(..) | Self::KeptText => true,
             Self::Bytes(_) | Self::Text => false,
             Self::Sequence(items) | Self::Array(_, items) | Self::Bounded { items, .. } => {
                 items.iter().any(Self::converts)
@@ -80,20 +80,24 @@ impl fmt::Display for Item {
             1 => Ok(()),
             more => write!(f, "{more}"),
         };
+        let converted = |f: &mut fmt::Formatter<'_>, by: &Option<Conversion>| match by {
+            Some(conversion) => write!(f, "{{{}}}", conversion.code()),
+            None => Ok(()),
+        };
         match self {
             Self::Numbers(times, number, conversion) => {
                 count(f, *times)?;
                 f.write_char(number.letter())?;
-                match conversion {
-                    Some(conversion) => write!(f, "{{{}}}", conversion.code()),
-                    None => Ok(()),
-                }
+                converted(f, conversion)
             }
             Self::Marked(times, number) => {
                 count(f, *times)?;
                 write!(f, "{}!", number.letter())
             }
-            Self::KeptNumber(number) => write!(f, "{}?", number.letter()),
+            Self::KeptNumber(number, conversion) => {
+                write!(f, "{}?", number.letter())?;
+                converted(f, conversion)
+            }
             Self::KeptText => f.write_str("s?"),
             Self::Group { items, formula } => write!(f, "{{{}|{formula}}}", Items(items)),
             Self::Bytes(bytes) => {

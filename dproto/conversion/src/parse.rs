@@ -289,13 +289,21 @@ impl Parser<'_> {
         self.take(letter);
         if times == 1 && self.loops == 0 && self.take('?') {
             self.kept.1 += 1;
-            return Ok(Item::KeptNumber(number));
+            return Ok(Item::KeptNumber(number, self.conversion()?));
         }
         if self.groups > 0 && self.take('!') {
             return Ok(Item::Marked(times, number));
         }
-        if !self.take('{') {
-            return Ok(Item::Numbers(times, number, None));
+        Ok(Item::Numbers(times, number, self.conversion()?))
+    }
+
+    /// The conversion behind a number, if it has one.
+    fn conversion(&mut self) -> Result<Option<Conversion>, PlanError> {
+        let rest = &self.text[self.at..];
+        let code = rest.find('}').and_then(|end| rest.get(..end));
+        // A group has its formula behind `|`.
+        if code.is_some_and(|code| code.contains('|')) || !self.take('{') {
+            return Ok(None);
         }
         let rest = &self.text[self.at..];
         let code = rest.find('}').and_then(|end| rest.get(..end));
@@ -305,7 +313,7 @@ impl Parser<'_> {
             return self.fail("a conversion such as `1/1000}`");
         };
         self.at += code.len() + 1;
-        Ok(Item::Numbers(times, number, Some(conversion)))
+        Ok(Some(conversion))
     }
 
     /// What follows the `{` of a group.

@@ -56,7 +56,7 @@ impl Program {
             looked_at(&mut seen, items);
             while seen
                 .last()
-                .is_some_and(|last| !matches!(last, Item::KeptNumber(_) | Item::KeptText))
+                .is_some_and(|last| !matches!(last, Item::KeptNumber(..) | Item::KeptText))
             {
                 seen.pop();
             }
@@ -153,6 +153,7 @@ fn looked_at(out: &mut Vec<Item>, items: &[Item]) {
             Item::Numbers(count, number, _) | Item::Marked(count, number) => {
                 Item::Numbers(*count, *number, None)
             }
+            Item::KeptNumber(number, _) => Item::KeptNumber(*number, None),
             Item::Group { items, .. } => {
                 looked_at(out, items);
                 continue;

@@ -18,16 +18,6 @@ pub fn between(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Ref
     Network::new(&library).plan(&from, &to)
 }
 
-/// As [`between`], also with the covariances of parts of composites: see [`Plan::parts`].
-///
-/// # Errors
-/// As [`Network::plan`].
-pub fn connecting(from: (&Library, &str), to: (&Library, &str)) -> Result<Plan, Refusal> {
-    let library = joined(from.0, to.0);
-    let (from, to) = (mark(SENDER, from.1), mark(RECEIVER, to.1));
-    Network::new(&library).plan_with(&from, &to, true)
-}
-
 /// The plan between prototypes whose frames move. The transform from the frame of the first one to
 /// that of the second one is known when a message comes: its numbers follow those of the first one,
 /// see [`TRANSFORM`](crate::TRANSFORM).
@@ -106,7 +96,8 @@ fn marked(library: &Library, end: &str, other: &Library) -> Library {
         own(&mut prototype.name);
         // Both ends know where the elements of a sequence are.
         prototype.sequence = None;
-        prototype.axes.iter_mut().for_each(own);
+        let axes = prototype.axes.iter_mut().chain(&mut prototype.body);
+        axes.for_each(own);
         match &mut prototype.content {
             Content::Values { algebraic: of, .. } => algebraic(of),
             Content::Parts(parts) => parts.iter_mut().for_each(|part| own(&mut part.prototype)),

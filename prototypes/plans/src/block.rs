@@ -4,14 +4,16 @@ use crate::covariance;
 use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{MOST, Shape, Shapes};
+use crate::spread::spreads;
 use rc_formula::{Program, Recorder, Term};
 use rc_prototypes::model::Library;
+use rc_quantity::Axes;
 use rc_vocabulary::Primitive;
 
 /// The numbers of a prototype, in the order in which plans take them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// The numbers: those of the value, then those of the covariance.
+    /// The numbers: those of the value, then those of the covariances.
     pub numbers: Vec<Number>,
     /// Their meaning in one line: meaning, coordinates, units and axes.
     pub meaning: String,
@@ -45,12 +47,12 @@ pub fn block(library: &Library, name: &str) -> Result<Block, Refusal> {
     let shape = shapes.shape(name, None).ok_or_else(unknown)?;
     let mut numbers = Vec::new();
     named(&shape, "", &mut numbers);
-    let spread = covariance::count(&shape, prototype);
-    if let Some(covariance) = &prototype.covariance {
-        numbers.extend((0..spread).map(|at| Number {
-            name: format!("covariance.{at}"),
+    let own = spreads((&shape, prototype), &|name| shapes.prototype(name));
+    for spread in &own {
+        numbers.extend(spread.names("covariance").map(|name| Number {
+            name,
             unit: None,
-            number: covariance.number.unwrap_or(Primitive::F64),
+            number: spread.number(),
         }));
     }
     let recorder = Recorder::new(numbers.len());
@@ -58,9 +60,13 @@ pub fn block(library: &Library, name: &str) -> Result<Block, Refusal> {
     let terms: Vec<Term> = terms
         .map(|(at, own)| recorder.input(at, own.number))
         .collect();
-    let (values, own) = terms.split_at(shape.len());
+    let (values, mut rest) = terms.split_at(shape.len());
     rotation::require_length(&shape, values)?;
-    covariance::require_positive(own);
+    for spread in &own {
+        let (of_part, behind) = rest.split_at(spread.count);
+        covariance::require_positive(of_part);
+        rest = behind;
+    }
     let mut meaning = described(&shape, &prototype.semantic);
     for (end, frame) in &prototype.frames {
         meaning += &format!(", {end} {frame}");
@@ -100,7 +106,10 @@ fn described(shape: &Shape, semantic: &str) -> String {
             }
             let opposites = leaf.values.iter().filter(|value| value.is_opposite);
             words.extend(opposites.map(|value| format!("{} = -{}", value.member, value.role)));
-            words.extend(leaf.axes.map(|axes| axes.to_string().replace(", ", "-")));
+            let directions = |axes: Axes| axes.to_string().replace(", ", "-");
+            words.extend(leaf.axes.map(directions));
+            let body = leaf.body.filter(|body| Some(*body) != leaf.axes);
+            words.extend(body.map(|body| format!("body {}", directions(body))));
             format!("{semantic} ({})", words.join(", "))
         }
         Shape::Parts(parts) => {

@@ -13,7 +13,7 @@ use crate::shape::{Leaf, Shape};
 use crate::values::{Notes, stored};
 use crate::vector;
 use rc_formula::{NOT_NEGATIVE, Term};
-use rc_prototypes::model::{Content, Covariance, Prototype};
+use rc_prototypes::model::{Covariance, Prototype};
 use rc_quantity::rotation::{IDENTITY, Matrix, product, transposed, turned};
 use rc_quantity::{Axes, Real, Transform, Unit};
 use rc_vocabulary::Primitive;
@@ -78,81 +78,6 @@ pub(crate) fn count(shape: &Shape, of: &Prototype) -> usize {
 pub(crate) struct Ends<'s, 'p> {
     pub(crate) from: (&'s Shape, &'p Prototype),
     pub(crate) to: (&'s Shape, &'p Prototype),
-}
-
-/// Two prototypes, or parts of them, that both have a covariance.
-pub(crate) struct Pair<'s, 'p> {
-    /// The names of the part and of those around it, with dots. Empty for the whole.
-    pub(crate) path: String,
-    pub(crate) ends: Ends<'s, 'p>,
-    /// The numbers of the first one among those of its whole.
-    pub(crate) values: Range<usize>,
-    /// How many numbers each covariance has.
-    pub(crate) count: usize,
-}
-
-impl<'s, 'p> Pair<'s, 'p> {
-    /// The covariances of the wholes.
-    pub(crate) fn whole(ends: Ends<'s, 'p>) -> Option<Self> {
-        let count = count(ends.from.0, ends.from.1);
-        (count > 0 && count == self::count(ends.to.0, ends.to.1)).then(|| Self {
-            path: String::new(),
-            values: 0..ends.from.0.len(),
-            ends,
-            count,
-        })
-    }
-
-    /// How the numbers of the first one are stored.
-    pub(crate) fn number(&self) -> Primitive {
-        let own = self.ends.from.1.covariance.as_ref();
-        own.and_then(|of| of.number).unwrap_or(Primitive::F64)
-    }
-
-    /// Those of parts, and of parts in them, in the order of the second composite. `find` knows
-    /// prototypes by their names; `around` is the path, and where the numbers begin.
-    pub(crate) fn of_parts(
-        ends: Ends<'s, 'p>,
-        find: &dyn Fn(&str) -> Option<&'p Prototype>,
-        (around, start): (&str, usize),
-    ) -> Vec<Self> {
-        let mut out = Vec::new();
-        let Shape::Parts(wanted) = ends.to.0 else {
-            return out;
-        };
-        for (name, to) in wanted {
-            let inner = |of: &Prototype| match &of.content {
-                Content::Parts(parts) => {
-                    let part = parts.iter().find(|part| part.name == *name)?;
-                    find(&part.prototype)
-                }
-                Content::Values { .. } => None,
-            };
-            let parts = ends.from.0.part(name);
-            let prototypes = inner(ends.from.1).zip(inner(ends.to.1));
-            let Some(((from, range), (one, other))) = parts.zip(prototypes) else {
-                continue;
-            };
-            let inner = Ends {
-                from: (from, one),
-                to: (to, other),
-            };
-            let path = match around {
-                "" => name.clone(),
-                around => format!("{around}.{name}"),
-            };
-            let begin = start + range.start;
-            if let Some(pair) = Self::whole(inner) {
-                out.push(Self {
-                    path: path.clone(),
-                    values: begin..start + range.end,
-                    ..pair
-                });
-            }
-            out.extend(Self::of_parts(inner, find, (&path, begin)));
-        }
-        out
-    }
 }
 
 /// Converts a covariance, whose numbers are `own`, of the values `input`. With a transform, the
@@ -393,7 +318,11 @@ impl Block<'_> {
         notes: &mut Notes,
     ) -> Result<Matrix<Term<'r>>, Refusal> {
         let is_turn = self.meaning == "Orientation" || vector::is_axial(self.meaning);
-        let axes = (self.leaf.axes, target.leaf.axes);
+        let axes = if self.meaning == "Orientation" && from_moving && to_moving {
+            (self.leaf.body, target.leaf.body)
+        } else {
+            (self.leaf.axes, target.leaf.axes)
+        };
         let change = vector::change(axes.0, axes.1, is_turn, notes);
         let jacobian = change.unwrap_or(IDENTITY);
         let jacobian = jacobian.map(|row| row.map(Term::constant));
@@ -408,8 +337,8 @@ impl Block<'_> {
             // A turn about the axes of the body is one about the fixed axes where the body is.
             product(&jacobian, &matrix)
         } else {
-            let change = rotation::axes_change(axes.0, axes.1, notes);
-            let matrix = rotation::changed(matrix, change.as_ref());
+            let change = rotation::leaves(self.leaf, target.leaf, notes);
+            let matrix = rotation::changed(matrix, &change);
             product(&transposed(&matrix), &jacobian)
         })
     }

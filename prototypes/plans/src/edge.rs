@@ -11,7 +11,7 @@ use crate::vector::{self, Vector, is_axial};
 use rc_formula::Term;
 use rc_prototypes::model::Alias;
 use rc_quantity::rotation::Matrix;
-use rc_quantity::{Axes, Real};
+use rc_quantity::Real;
 use std::collections::BTreeSet;
 
 /// Converts the numbers of one shape into those of another one that means the same.
@@ -51,11 +51,11 @@ fn meanings<'r>(
         }
         (Shape::Parts(_), Shape::Leaf(to)) => {
             notes.kinds.insert(Kind::Composition);
-            let (position, turn, axes) = pose_of_parts(from, input, notes)?;
-            let turn_change = rotation::axes_change(axes.1, to.axes, notes);
-            let change = vector::change(axes.0, to.axes, false, notes);
+            let (position, turn, (place, body)) = pose_of_parts(from, input, notes)?;
+            let turn_change = rotation::leaves(body, to, notes);
+            let change = vector::change(place.axes, to.axes, false, notes);
             let position = vector::changed(position, change.as_ref());
-            let turn = rotation::changed(turn, turn_change.as_ref());
+            let turn = rotation::changed(turn, &turn_change);
             homogeneous(position, &turn, to, notes)
         }
         (Shape::Leaf(from), Shape::Parts(parts)) => {
@@ -72,8 +72,8 @@ fn meanings<'r>(
                         vector::store(vector::changed(position, change.as_ref()), to, notes)?
                     }
                     "Orientation" => {
-                        let change = rotation::axes_change(from.axes, to.axes, notes);
-                        rotation::store(&rotation::changed(turn, change.as_ref()), to, notes)?
+                        let change = rotation::leaves(from, to, notes);
+                        rotation::store(&rotation::changed(turn, &change), to, notes)?
                     }
                     _ => return Err(Refusal::NoWay),
                 });
@@ -83,14 +83,14 @@ fn meanings<'r>(
     }
 }
 
-/// A position, a rotation, and the axes of both.
-type Pose<'r> = (Vector<'r>, Matrix<Term<'r>>, (Option<Axes>, Option<Axes>));
+/// A position, a rotation, and the leaves with both.
+type Pose<'r, 's> = (Vector<'r>, Matrix<Term<'r>>, (&'s Leaf, &'s Leaf));
 
-fn pose_of_parts<'r>(
-    from: &Shape,
+fn pose_of_parts<'r, 's>(
+    from: &'s Shape,
     input: &[Term<'r>],
     notes: &mut Notes,
-) -> Result<Pose<'r>, Refusal> {
+) -> Result<Pose<'r, 's>, Refusal> {
     let part = |name: &str| match from.part(name) {
         Some((Shape::Leaf(leaf), range)) => Ok((leaf, range)),
         _ => Err(Refusal::Missing(name.to_owned())),
@@ -98,10 +98,9 @@ fn pose_of_parts<'r>(
     let (position, own) = part("Position")?;
     let (turn, range) = part("Orientation")?;
     let numbers = |range| input.get(range).ok_or(Refusal::NoWay);
-    let axes = (position.axes, turn.axes);
     let place = vector::load(position, numbers(own)?, notes)?;
     let matrix = rotation::load(turn, numbers(range)?, notes)?;
-    Ok((place, matrix, axes))
+    Ok((place, matrix, (position, turn)))
 }
 
 /// The place of a number of a homogeneous matrix for column vectors, as a role of these coordinates.
@@ -191,23 +190,20 @@ fn leaves<'r>(
                 return done;
             }
             let matrix = rotation::load(from, input, notes)?;
-            let change = rotation::axes_change(from.axes, to.axes, notes);
-            rotation::store(&rotation::changed(matrix, change.as_ref()), to, notes)
+            let change = rotation::leaves(from, to, notes);
+            rotation::store(&rotation::changed(matrix, &change), to, notes)
         }
         "Pose" => {
-            let same = from.axes == to.axes || from.axes.is_none() || to.axes.is_none();
+            let axes = |of: &Leaf| (of.axes, of.body);
+            let same = axes(from) == axes(to) || from.axes.is_none() || to.axes.is_none();
             if same && from.coordinate == to.coordinate {
                 return roles(from, to, input, notes);
             }
             let (position, turn) = pose_of_leaf(from, input, notes)?;
             let change = vector::change(from.axes, to.axes, false, notes);
             let position = vector::changed(position, change.as_ref());
-            homogeneous(
-                position,
-                &rotation::changed(turn, change.as_ref()),
-                to,
-                notes,
-            )
+            let change = rotation::leaves(from, to, notes);
+            homogeneous(position, &rotation::changed(turn, &change), to, notes)
         }
         "Inertia" => {
             let change = vector::change(from.axes, to.axes, false, notes);

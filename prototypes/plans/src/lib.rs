@@ -18,10 +18,11 @@ mod print;
 mod refusal;
 mod rotation;
 mod shape;
+mod spread;
 mod values;
 mod vector;
 
-pub use between::{between, connecting, moving};
+pub use between::{between, moving};
 pub use block::{Block, Number, block};
 pub use loss::{Bound, Loss};
 pub use moving::TRANSFORM;

@@ -96,8 +96,9 @@ fn placed<'r>(
         turn: there.turn.map(|own| product(&transform.rotation, &own)),
         inertia: there.inertia.map(|own| transform.inertia(&own)),
     };
-    let is_part = matches!(from, Shape::Parts(_));
-    for pair in [TWIST, WRENCH].iter().filter(|_| is_part) {
+    // Velocities beside a position are those of this point, which stays the same one.
+    let is_spatial = matches!(from, Shape::Parts(_)) && there.vector("Position").is_none();
+    for pair in [TWIST, WRENCH].iter().filter(|_| is_spatial) {
         let Some(own) = there.spatial(pair)? else {
             continue;
         };
@@ -221,7 +222,9 @@ fn load<'r>(
         }
         other => return Err(Refusal::Still(other.to_owned())),
     };
-    out.turn = Some(rotation::changed(turn, change(false)?.as_ref()));
+    axes(leaf)?;
+    let changes = rotation::to_axes(leaf, Axes::ROS, false);
+    out.turn = Some(rotation::changed(turn, &changes));
     Ok(())
 }
 
@@ -247,7 +250,9 @@ fn store<'r>(
     };
     let turn = || {
         let own = here.turn.ok_or(Refusal::NoWay)?;
-        Ok(rotation::changed(own, change(false)?.as_ref()))
+        axes(leaf)?;
+        let changes = rotation::to_axes(leaf, Axes::ROS, true);
+        Ok(rotation::changed(own, &changes))
     };
     if let Some(meaning) = vector_of(leaf) {
         return vector::store(vector(meaning)?, leaf, notes);

@@ -3,7 +3,7 @@
 
 mod notes;
 
-use crate::covariance::{self, Pair};
+use crate::covariance::{self, Ends};
 use crate::edge::convert;
 use crate::loss::Bound;
 use crate::moving::{self, TRANSFORM};
@@ -11,8 +11,9 @@ use crate::plan::{Cost, Kind, Plan, Step};
 use crate::refusal::Refusal;
 use crate::rotation;
 use crate::shape::{MOST, Shape, Shapes};
+use crate::spread::Spreads;
 use crate::values::Notes;
-use notes::{Chain, keeps_axes, numbers, taken_axes, unconverted};
+use notes::{Chain, keeps_axes, numbers, taken_axes};
 use rc_formula::{Program, Recorder, Term, is_reserved};
 use rc_prototypes::model::{Content, Library, Part, Prototype};
 use rc_vocabulary::Primitive;
@@ -108,69 +109,25 @@ impl<'l> Network<'l> {
     /// One of them is unknown, they do not mean the same, or no conversion leads from one to the
     /// other.
     pub fn plan(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
-        self.plan_with(from, to, false)
-    }
-
-    /// As [`Network::plan`], also with the covariances of parts, if `with_parts`.
-    pub(crate) fn plan_with(
-        &self,
-        from: &str,
-        to: &str,
-        with_parts: bool,
-    ) -> Result<Plan, Refusal> {
         let found = self.find(from, to)?;
-        let (input, output) = (self.shape(from)?, self.shape(to)?);
-        let ends = covariance::Ends {
-            from: (input, self.prototype(from)?),
-            to: (output, self.prototype(to)?),
-        };
-        let [own, wanted] = [ends.from, ends.to].map(|(_, of)| of.covariance.as_ref());
-        let find = |name: &str| self.shapes.prototype(name);
-        let mut pairs: Vec<_> = Pair::whole(ends).into_iter().collect();
-        if with_parts {
-            pairs.extend(Pair::of_parts(ends, &find, ("", 0)));
-        }
-        let spread: usize = pairs.iter().map(|pair| pair.count).sum();
-        let recorder = Recorder::new(input.len() + spread);
+        let ends = self.ends(from, to)?;
+        let (input, output) = (ends.from.0, ends.to.0);
+        let spreads = Spreads::new(ends, &|name| self.shapes.prototype(name));
+        let recorder = Recorder::new(input.len() + spreads.len());
         let inputs = self::inputs(&recorder, input);
-        let meant = input.signed(&inputs);
+        let own = spreads.record(&recorder, input.len());
         let mut terms = self.follow(&recorder, &found, &inputs)?;
-        let mut given = inputs.clone();
-        let (mut cost, mut notes) = (Cost::default(), Notes::default());
-        let mut of_covariance = Notes::default();
-        let mut spreads = Vec::with_capacity(pairs.len());
-        for pair in &pairs {
-            let places = given.len()..given.len() + pair.count;
-            let number = pair.number();
-            let own = places.clone().map(|at| recorder.input(at, number));
-            let own: Vec<Term> = own.collect();
-            let values = meant.get(pair.values.clone()).ok_or(Refusal::NoWay)?;
-            let all = (values, &own[..]);
-            terms.extend(covariance::convert(
-                &pair.ends,
-                all,
-                None,
-                &mut of_covariance,
-            )?);
-            given.extend(own);
-            spreads.push(places);
-        }
-        let is_whole = |pair: &Pair<'_, '_>| pair.path.is_empty();
-        let spread = pairs.iter().find(|pair| is_whole(pair));
-        let spread = spread.map_or(0, |pair| pair.count);
-        if spread == 0 && (own.is_some() || wanted.is_some()) {
-            of_covariance.lose("the covariance is not converted", Bound::None);
-            cost.unbounded += 1;
-        }
-        if terms != given {
+        let mut of_spreads = Notes::default();
+        let meant = input.signed(&inputs);
+        terms.extend(spreads.convert((&meant, &own), None, &mut of_spreads)?);
+        if terms != [&[inputs.clone()], &own[..]].concat().concat() {
             rotation::require_length(input, &inputs)?;
-            for places in spreads {
-                covariance::require_positive(given.get(places).unwrap_or_default());
-            }
+            own.iter().for_each(|own| covariance::require_positive(own));
         }
         let program = recorder.program(&terms);
         let values = recorder.program(terms.get(..output.len()).unwrap_or_default());
-        cost = cost + Cost::of(&program, &[]).beyond(Cost::of(&values, &[]));
+        let mut cost = Cost::of(&program, &of_spreads.lost).beyond(Cost::of(&values, &[]));
+        let mut notes = Notes::default();
         let mut steps = Vec::new();
         for (edge, name) in found.edges.iter().zip(found.names.iter().skip(1)) {
             cost = cost + edge.cost;
@@ -180,17 +137,11 @@ impl<'l> Network<'l> {
             });
             notes.then(edge.notes.clone(), edge.is_scaling);
         }
-        for pair in &pairs {
-            for (_, of) in [pair.ends.from, pair.ends.to] {
-                notes.lost.retain(|loss| loss.what != unconverted(&of.name));
-            }
-        }
-        notes.add(of_covariance);
+        notes.add(of_spreads);
         let own = format!("{from}_to_{to}");
         if program.functions().any(|function| function == own) {
             return Err(Refusal::Function(own));
         }
-        let parts = pairs.into_iter().filter(|pair| !is_whole(pair));
         let plan = Plan {
             from: from.to_owned(),
             steps,
@@ -199,42 +150,35 @@ impl<'l> Network<'l> {
             notes: taken_axes((from, input), (to, output)),
             program,
             transform: 0,
-            parts: parts.map(|pair| (pair.path, pair.count)).collect(),
-            input: numbers(ends.from, spread),
-            output: numbers(ends.to, spread),
+            covariances: spreads.counts(),
+            input: numbers(input, spreads.members(0)),
+            output: numbers(output, spreads.members(1)),
         };
         self.within_limit(to, plan)
+    }
+
+    /// Both ends of a conversion.
+    fn ends(&self, from: &str, to: &str) -> Result<Ends<'_, 'l>, Refusal> {
+        Ok(Ends {
+            from: (self.shape(from)?, self.prototype(from)?),
+            to: (self.shape(to)?, self.prototype(to)?),
+        })
     }
 
     /// The plan from one prototype to another one whose frame moves, over the numbers of the first
     /// one and those of a transform. It leads over no other prototype.
     pub(crate) fn moving(&self, from: &str, to: &str) -> Result<Plan, Refusal> {
-        let (one, other) = (self.prototype(from)?, self.prototype(to)?);
-        self.agree(one, other)?;
-        let mut pairs = Vec::new();
-        self.pairs(&[one], &[other], &mut pairs);
-        let mut parts = pairs.iter().flat_map(|(from, to)| [from, to]);
-        let is_sure = |of: &Chain<'_>| of.first().is_some_and(|of| of.covariance.is_some());
-        if parts.any(|of| of.len() > 1 && is_sure(of)) {
-            return Err(Refusal::Still("covariance of a part".to_owned()));
-        }
-        let (input, output) = (self.shape(from)?, self.shape(to)?);
-        let ends = covariance::Ends {
-            from: (input, one),
-            to: (output, other),
-        };
-        let counts = [ends.from, ends.to].map(|(shape, of)| covariance::count(shape, of));
-        let spread = if counts[0] == counts[1] { counts[0] } else { 0 };
-        let recorder = Recorder::new(input.len() + spread + TRANSFORM);
+        self.agree(self.prototype(from)?, self.prototype(to)?)?;
+        let ends = self.ends(from, to)?;
+        let (input, output) = (ends.from.0, ends.to.0);
+        let spreads = Spreads::new(ends, &|name| self.shapes.prototype(name));
+        let behind = input.len() + spreads.len();
+        let recorder = Recorder::new(behind + TRANSFORM);
         let inputs = self::inputs(&recorder, input);
-        let number = one.covariance.as_ref().and_then(|of| of.number);
-        let number = number.unwrap_or(Primitive::F64);
-        let places = input.len()..input.len() + spread;
-        let own: Vec<Term> = places.map(|at| recorder.input(at, number)).collect();
-        let places = input.len() + spread..input.len() + spread + TRANSFORM;
-        let transform: Vec<Term> = places
-            .map(|at| recorder.input(at, Primitive::F64))
-            .collect();
+        let own = spreads.record(&recorder, input.len());
+        let places = behind..behind + TRANSFORM;
+        let transform = places.map(|at| recorder.input(at, Primitive::F64));
+        let transform: Vec<Term> = transform.collect();
         let transform = moving::transform(&transform)?;
         let mut notes = self.notes(from, to, true)?;
         let mut direct = Notes::default();
@@ -250,17 +194,11 @@ impl<'l> Network<'l> {
         let meant = input.signed(&inputs);
         let moved = moving::convert(input, output, (&meant, &transform), &mut of_values)?;
         let mut terms = output.signed(&moved);
-        if spread > 0 {
-            let given = (&meant[..], &own[..]);
-            let of_spread = covariance::convert(&ends, given, Some(&transform), &mut of_values)?;
-            terms.extend(of_spread);
-        } else if one.covariance.is_some() || other.covariance.is_some() {
-            of_values.lose("the covariance is not converted", Bound::None);
-        }
+        terms.extend(spreads.convert((&meant, &own), Some(&transform), &mut of_values)?);
         of_values.kinds.clear();
         notes.add(of_values);
         rotation::require_length(input, &inputs)?;
-        covariance::require_positive(&own);
+        own.iter().for_each(|own| covariance::require_positive(own));
         let program = recorder.program(&terms);
         let plan = Plan {
             from: from.to_owned(),
@@ -273,9 +211,9 @@ impl<'l> Network<'l> {
             notes: Vec::new(),
             program,
             transform: TRANSFORM,
-            parts: Vec::new(),
-            input: numbers(ends.from, spread),
-            output: numbers(ends.to, spread),
+            covariances: spreads.counts(),
+            input: numbers(input, spreads.members(0)),
+            output: numbers(output, spreads.members(1)),
         };
         self.within_limit(to, plan)
     }
@@ -471,11 +409,6 @@ impl<'l> Network<'l> {
             let missing = || Refusal::Missing(part.name.clone());
             let of = own.iter().find(|own| own.name == part.name);
             let of = of.ok_or_else(missing)?;
-            for name in [&of.prototype, &part.prototype] {
-                if self.prototype(name)?.covariance.is_some() {
-                    notes.lose(unconverted(name), Bound::None);
-                }
-            }
             let plan = self.find(&of.prototype, &part.prototype)?;
             let mut own = Notes::default();
             for edge in &plan.edges {

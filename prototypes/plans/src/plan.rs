@@ -4,7 +4,6 @@ use crate::loss::{Bound, Loss};
 #[cfg(doc)]
 use crate::moving::TRANSFORM;
 use rc_formula::{Operation, Program};
-use rc_prototypes::model::Library;
 use std::fmt;
 use std::ops::Add;
 
@@ -88,11 +87,12 @@ impl Cost {
         cost
     }
 
-    /// The operations and functions beyond those of a part.
+    /// The operations, functions and losses without a bound beyond those of a part.
     pub(crate) fn beyond(self, part: Self) -> Self {
         Self {
             operations: self.operations.saturating_sub(part.operations),
             functions: self.functions.saturating_sub(part.functions),
+            unbounded: self.unbounded,
             ..Self::default()
         }
     }
@@ -150,9 +150,10 @@ pub struct Plan {
     pub program: Program,
     /// How many numbers of a transform it takes after all others: 0, or [`TRANSFORM`].
     pub transform: usize,
-    /// The parts whose covariances it takes after all other numbers, as [`connecting`](crate::connecting)
-    /// has them: their names with dots, and how many numbers each covariance has.
-    pub parts: Vec<(String, usize)>,
+    /// The covariances that it takes after the numbers of the first prototype, and gives after those
+    /// of the second one: the names of their parts with dots, empty for the whole, and how many
+    /// numbers each has.
+    pub covariances: [Vec<(String, usize)>; 2],
     /// The numbers of both prototypes, for comments in code.
     pub(crate) input: Vec<String>,
     pub(crate) output: Vec<String>,
@@ -162,15 +163,6 @@ impl Plan {
     /// The last prototype.
     pub fn to(&self) -> &str {
         self.steps.last().map_or(&self.from, |step| &step.to)
-    }
-
-    /// How many numbers of a covariance it takes after those of the first prototype.
-    pub fn spread(&self, library: &Library) -> usize {
-        let from = library.prototype(&self.from);
-        let numbers = from.and_then(|from| library.numbers(from));
-        let numbers = numbers.map_or(0, |numbers| numbers.len());
-        let own = self.program.inputs().saturating_sub(self.transform);
-        own.saturating_sub(numbers)
     }
 
     /// The number of steps: D's distance.

@@ -46,11 +46,24 @@ fn names(coordinate: &str) -> [&'static str; 3] {
     if coordinate == "rpy" { ANGLES } else { TURNS }
 }
 
+/// The changes of the axes around a body and of those of the body. `None` where nothing changes.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Changes {
+    around: Option<Matrix>,
+    body: Option<Matrix>,
+}
+
 /// The rotation with other axes.
-pub(crate) fn changed<'r>(matrix: Matrix<Term<'r>>, change: Option<&Matrix>) -> Matrix<Term<'r>> {
-    let Some(change) = change else { return matrix };
-    let change = change.map(|row| row.map(Term::constant));
-    product(&change, &product(&matrix, &transposed(&change)))
+pub(crate) fn changed<'r>(matrix: Matrix<Term<'r>>, changes: &Changes) -> Matrix<Term<'r>> {
+    let terms = |of: Matrix| of.map(|row| row.map(Term::constant));
+    let matrix = match changes.body {
+        Some(body) => product(&matrix, &transposed(&terms(body))),
+        None => matrix,
+    };
+    match changes.around {
+        Some(around) => product(&terms(around), &matrix),
+        None => matrix,
+    }
 }
 
 /// A length that must be 1.
@@ -214,13 +227,13 @@ pub(crate) fn same<'r>(
     if Representation::of(&to.coordinate) != Some(representation) {
         return None;
     }
-    let differ = matches!(from.axes.zip(to.axes), Some((one, other)) if one != other);
-    if differ
-        && matches!(
-            representation,
-            Representation::Matrix | Representation::Euler(_)
-        )
-    {
+    let changes = leaves(from, to, &mut Notes::default());
+    let by_number = matches!(
+        representation,
+        Representation::Matrix | Representation::Euler(_)
+    );
+    // Axes that change on both sides alike turn the axis of the rotation.
+    if changes.around != changes.body || by_number && changes.around.is_some() {
         return None;
     }
     Some(by_role(from, to, input, notes))
@@ -256,11 +269,22 @@ fn by_role<'r>(
     Ok(out)
 }
 
-/// The change of axes of rotations.
-pub(crate) fn axes_change(
-    from: Option<Axes>,
-    to: Option<Axes>,
-    notes: &mut Notes,
-) -> Option<Matrix> {
-    change(from, to, false, notes)
+/// The changes from the axes of one rotation to those of another one.
+pub(crate) fn leaves(from: &Leaf, to: &Leaf, notes: &mut Notes) -> Changes {
+    Changes {
+        around: change(from.axes, to.axes, false, notes),
+        body: change(from.body, to.body, false, notes),
+    }
+}
+
+/// The changes from the axes of a rotation to these, or back.
+pub(crate) fn to_axes(from: &Leaf, to: Axes, is_back: bool) -> Changes {
+    let one = |own: Option<Axes>| {
+        let (from, to) = if is_back { (Some(to), own) } else { (own, Some(to)) };
+        change(from, to, false, &mut Notes::default())
+    };
+    Changes {
+        around: one(from.axes),
+        body: one(from.body),
+    }
 }

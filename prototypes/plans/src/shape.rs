@@ -31,6 +31,8 @@ pub(crate) struct Leaf {
     pub(crate) coordinate: String,
     pub(crate) algebraic: String,
     pub(crate) axes: Option<Axes>,
+    /// Those of the body whose rotation it is.
+    pub(crate) body: Option<Axes>,
     pub(crate) tolerance: f64,
     pub(crate) values: Vec<Value>,
 }
@@ -93,6 +95,9 @@ impl Shape {
     /// The axes of all leaves whose meaning has directions; `None` represents unknown ones.
     pub(crate) fn axes(&self) -> Vec<Option<Axes>> {
         match self {
+            Self::Leaf(leaf) if matches!(leaf.semantic.as_str(), "Orientation" | "Pose") => {
+                vec![leaf.axes, leaf.body]
+            }
             Self::Leaf(leaf) if leaf.has_directions() => vec![leaf.axes],
             Self::Leaf(_) => Vec::new(),
             Self::Parts(parts) => parts.iter().flat_map(|(_, part)| part.axes()).collect(),
@@ -170,20 +175,22 @@ impl<'l> Shapes<'l> {
         count
     }
 
-    /// The shape of a prototype. `axes` are those of the whole, if it is a part. `None` if a part is
-    /// unknown.
-    pub(crate) fn shape(&self, name: &str, axes: Option<Axes>) -> Option<Shape> {
+    /// The shape of a prototype. `around` are the axes of the whole and of its body, if it is a part.
+    /// `None` if a part is unknown.
+    pub(crate) fn shape(&self, name: &str, around: Option<(Axes, Axes)>) -> Option<Shape> {
         let prototype = self.prototype(name)?;
-        let own = prototype.axes.as_ref().and_then(|name| {
+        let named = |name: &Option<String>| {
             let mut all = self.library.axes.iter();
-            let axes = all.find(|axes| axes.name == *name)?;
+            let axes = all.find(|axes| Some(&axes.name) == name.as_ref())?;
             axes.directions.parse::<Axes>().ok()
-        });
-        let axes = own.or(axes);
+        };
+        let own = named(&prototype.axes);
+        let own = own.map(|axes| (axes, named(&prototype.body).unwrap_or(axes)));
+        let all_axes = own.or(around);
         let (coordinate_name, algebraic, data) = match &prototype.content {
             Content::Parts(parts) => {
                 let parts = parts.iter().map(|part| {
-                    let shape = self.shape(&part.prototype, axes)?;
+                    let shape = self.shape(&part.prototype, all_axes)?;
                     Some((part.name.clone(), shape))
                 });
                 return parts.collect::<Option<Vec<_>>>().map(Shape::Parts);
@@ -220,7 +227,8 @@ impl<'l> Shapes<'l> {
             semantic: prototype.semantic.clone(),
             coordinate: coordinate_name.clone(),
             algebraic: algebraic.clone(),
-            axes,
+            axes: all_axes.map(|(axes, _)| axes),
+            body: all_axes.map(|(_, body)| body),
             tolerance: prototype.tolerance.unwrap_or(TOLERANCE),
             values: values.collect(),
         }))

@@ -19,7 +19,7 @@ use rc_vocabulary::Primitive;
 use std::collections::HashMap;
 
 /// All fields of a prototype.
-const FIELDS: [&str; 14] = [
+const FIELDS: [&str; 15] = [
     "semantic",
     "coord",
     "algebraic",
@@ -29,12 +29,16 @@ const FIELDS: [&str; 14] = [
     "composes",
     "usingddr",
     "axes",
+    "body",
     "frames",
     "sequence",
     "covariance",
     "tolerance",
     "loss",
 ];
+
+/// The meanings with the rotation of a body.
+const BODIES: [&str; 4] = ["Orientation", "Pose", "PairPose", "KinematicState"];
 
 /// Known coordinates.
 enum Coordinates {
@@ -83,8 +87,11 @@ impl<'f> Resolver<'f> {
         if in_geometry {
             self.fitting(&fields, &meaning.text());
         }
-        let axes = fields.name("axes", &mut self.found);
-        let axes = axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span));
+        let [axes, body] = ["axes", "body"].map(|field| {
+            let axes = fields.name(field, &mut self.found);
+            axes.filter(|axes| self.is_known(Kind::Axes, &axes.text(), axes.span))
+        });
+        self.fitting_body(&fields, axes, body);
         let tolerance = fields.number("tolerance", &mut self.found);
         if tolerance.is_some_and(|tolerance| tolerance >= 1.0) {
             let message = format!("`tolerance` of `{}` must be below 1", name.text);
@@ -103,6 +110,7 @@ impl<'f> Resolver<'f> {
             composite,
             content,
             axes: axes.map(Operand::text),
+            body: body.map(Operand::text),
             frames: self.frames(&fields),
             sequence: sequence.map(|(path, _)| path.to_owned()),
             covariance: self.covariance(
@@ -118,8 +126,9 @@ impl<'f> Resolver<'f> {
 
     /// Reports fields that say nothing about a meaning of `geometry`.
     fn fitting(&mut self, fields: &Fields<'f>, meaning: &str) {
-        for field in ["axes", "sequence", "tolerance", "covariance"] {
+        for field in ["axes", "body", "sequence", "tolerance", "covariance"] {
             let fits = match field {
+                "body" => BODIES.contains(&meaning),
                 "axes" => !["JointState", "Range", "TimeStamp"].contains(&meaning),
                 "sequence" => meaning != "TimeStamp",
                 "tolerance" => ["Orientation", "Pose"].contains(&meaning),
@@ -129,6 +138,30 @@ impl<'f> Resolver<'f> {
                 let message = format!("{meaning} has no `{field}`");
                 self.error("conflicting-fields", at, message);
             }
+        }
+    }
+
+    /// Reports axes of a body without those around it, and a body that is the mirror image of itself.
+    fn fitting_body(
+        &mut self,
+        fields: &Fields<'f>,
+        axes: Option<&Operand>,
+        body: Option<&Operand>,
+    ) {
+        if fields.has("body") {
+            fields.must_have("axes", &mut self.found);
+        }
+        let Some((axes, body)) = axes.zip(body) else {
+            return;
+        };
+        let hand = |of: &Operand| {
+            let mut all = self.library.axes.iter();
+            let found = all.find(|axes| axes.name == of.text());
+            found.map(|axes| axes.is_right_handed)
+        };
+        if hand(axes) != hand(body) {
+            let message = "one of `axes` and `body` is right-handed, and the other one left-handed";
+            self.error("conflicting-fields", body.span, message);
         }
     }
 
@@ -457,13 +490,19 @@ impl<'f> Resolver<'f> {
         if !fields.has("ddr") {
             return Some((Content::Parts(parts), None));
         }
-        fields.must_have("dr", &mut self.found);
         let ddr = self.ddr(fields)?;
         let interface = self.interface(fields, ddr, domain, &kind);
+        if !fields.has("dr") {
+            // The numbers of the parts are members of the type itself.
+            parts.iter_mut().for_each(|part| part.member = Some(String::new()));
+        }
         if let Some(of) = &interface {
             for part in &parts {
                 let Some(member) = &part.member else { continue };
-                let ty = of.type_at(member, name.span, &mut self.found);
+                let ty = match member.as_str() {
+                    "" => of.name(),
+                    member => of.type_at(member, name.span, &mut self.found),
+                };
                 let places = self.held.entry(&name.text).or_default();
                 places.push((part.prototype.clone(), member.clone(), ty));
             }

@@ -119,7 +119,7 @@ dproto ros_pose :: geometry { }",
             a.dproto:4:13: error[unknown-domain]: unknown domain `geometri` (did you mean `geometry`?)
             a.dproto:5:35: error[unknown-semantic]: `geometry` has no meaning `Positon` (did you mean `Position`?)
             a.dproto:6:8: error[missing-field]: `e` has no field `semantic` (add `semantic = …`)
-            a.dproto:6:42: error[unknown-field]: unknown field `colour` (expected one of `semantic`, `coord`, `algebraic`, `ddr`, `dr`, `units`, `composes`, `usingddr`, `axes`, `frames`, `sequence`, `covariance`, `tolerance`, `loss`)
+            a.dproto:6:42: error[unknown-field]: unknown field `colour` (expected one of `semantic`, `coord`, `algebraic`, `ddr`, `dr`, `units`, `composes`, `usingddr`, `axes`, `body`, `frames`, `sequence`, `covariance`, `tolerance`, `loss`)
             a.dproto:6:55: error[repeated-key]: `e` already has a field `coord`; first given here at a.dproto:6:24
             a.dproto:7:78: error[wrong-count]: `quaternion` has 4 values, `position3` has 3
             a.dproto:8:90: error[unknown-type]: unknown type `piont` (did you mean `point`?)

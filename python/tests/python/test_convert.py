@@ -16,6 +16,7 @@ IDSL = """module RoboCompCloud
     struct Turn { double q[4]; };
     struct Count { int x; int y; int z; };
     struct Sure { double X; double Y; double Z; double spread[9]; };
+    struct SurePose { Sure place; Turn turn; };
     sequence<Point> Points;
     struct Scan { string frame; Points points; };
 };
@@ -55,6 +56,12 @@ dproto shuffled :: geometry { semantic = Position coord = cartesian algebraic = 
     ddr = :: c99{double[3]} dr = { 2 = x, 0 = y, 1 = z } axes = ros }
 dproto sure :: geometry { semantic = Position coord = cartesian algebraic = named covariance = { member spread }
     ddr = :: IDSL{RoboCompCloud::Sure} dr = { X = x, Y = y, Z = z } units = millimetres axes = lidar }
+dproto surely :: geometry { semantic = Position coord = cartesian algebraic = named covariance = { member spread }
+    ddr = :: c99{double[3]} dr = { x = x, y = y, z = z } }
+dproto sure_pose :: geometry { semantic = Pose composes = { Position = sure, Orientation = turn }
+    ddr = :: IDSL{RoboCompCloud::SurePose} dr = { place = Position, turn = Orientation } axes = lidar }
+dproto surely_pose :: geometry { semantic = Pose composes = { Position = surely, Orientation = turn }
+    ddr = :: IDSL{RoboCompCloud::SurePose} dr = { place = Position, turn = Orientation } axes = ros }
 dproto stored :: geometry { semantic = Position coord = cartesian algebraic = named
     ddr = :: c99{float[3]} dr = { v.0 = x, v.1 = y, v.2 = z } units = millimetres axes = ros }
 """
@@ -255,6 +262,18 @@ class Convert(unittest.TestCase):
         self.assertEqual(str(self.refused(array, "point", of="sure", out=array)), said)
         found = robocomp.convert(array, "ros_point", of="sure")
         self.assertEqual(found.dtype.names, ("x", "y", "z", "light"))
+
+    def test_a_covariance_of_a_part_is_converted(self):
+        spread = [4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 16.0]
+        place = {"X": 1000.0, "Y": 2000.0, "Z": 500.0, "spread": spread}
+        value = {"place": place, "turn": {"q": [0.0, 0.0, 0.0, 1.0]}}
+        found = robocomp.convert(value, "surely_pose", of="sure_pose")
+        self.assertEqual((found.place.x, found.place.y, found.place.z), (2.0, -1.0, 0.5))
+        # Ahead, left, up are Y, -X, Z, in metres.
+        expected = [9e-6, -1e-6, 0.0, -1e-6, 4e-6, 0.0, 0.0, 0.0, 16e-6]
+        numpy.testing.assert_allclose(found.place.spread, expected, rtol=1e-12, atol=0)
+        spread[0] = -4.0
+        self.refused(value, "surely_pose", of="sure_pose")
 
     def test_a_member_that_refuses_its_value_changes_nothing(self):
         class Picky:

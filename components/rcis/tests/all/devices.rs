@@ -1,7 +1,6 @@
 //! Sensors and actuators by their interfaces.
 
 use crate::{house, member, start};
-use rc_quantity::Axes;
 use rcis_generated::testing::PoseTopicsSample;
 use rcis_generated::types::robo_comp_joint_motor as motor;
 use rcis_generated::{
@@ -269,18 +268,6 @@ const HALL: &str = r#"<innerModel>
         <imu id="imu"/>
     </omnirobot>
 </innerModel>"#;
-
-/// Connections and the simulator use the same axes.
-#[test]
-fn prototypes_have_the_axes_of_the_simulator() {
-    let text = include_str!("../../rcis.dproto");
-    for (name, axes) in [
-        ("robocomp", Axes::ROBOCOMP),
-        ("innermodel", Axes::INNER_MODEL),
-    ] {
-        assert!(text.contains(&format!("axes {name} :: {axes}\n")), "{name}");
-    }
-}
 
 #[test]
 fn a_lidar_has_the_axes_of_its_interface() {

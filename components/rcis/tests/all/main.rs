@@ -4,6 +4,7 @@ mod control;
 mod devices;
 mod drawing;
 mod manager;
+mod meanings;
 mod window;
 
 use innermodel::{Folders, InnerModel};

@@ -12,6 +12,8 @@ const IDSL: &str = r"module RoboCompCloud
     struct Point { float X; float Y; float Z; int light; double spread[9]; };
     struct Metres { double x; double y; double z; };
     struct Turn { double q[4]; };
+    struct Placed { double x; double y; double z; double sure[9]; };
+    struct Pose { Placed place; Turn turn; };
     struct Sweep { double at[3]; Point origin; sequence<Point> points; int number; };
     sequence<Point> Points;
     struct Scan { string frame; Points points; };
@@ -219,6 +221,61 @@ fn a_covariance_that_is_not_converted_is_left_out() {
     let found = serde_json::to_value(value).expect("JSON");
     assert_eq!(found["light"], 7);
     assert!(found.get("spread").is_none(), "{found}");
+}
+
+/// The covariance of a part is converted with the part, or left out if the other one has none.
+#[test]
+fn covariances_of_parts_are_converted() {
+    let shown = |sure: &str| {
+        let part = |name: &str, more: &str| {
+            format!(
+                "dproto {name} :: geometry {{ semantic = Position coord = cartesian algebraic = named
+                    ddr = :: IDSL{{RoboCompCloud::Placed}} dr = {{ x = x, y = y, z = z }} {more} }}\n"
+            )
+        };
+        let whole = |name: &str, place: &str, axes: &str| {
+            format!(
+                "dproto {name} :: geometry {{ semantic = Pose composes = {{ Position = {place}, Orientation = turn }}
+                    ddr = :: IDSL{{RoboCompCloud::Pose}} dr = {{ place = Position, turn = Orientation }} axes = {axes} }}\n"
+            )
+        };
+        let text = [
+            PROTOTYPES,
+            &part("small", "units = millimetres covariance = { member sure }"),
+            &part("large", sure),
+            &whole("pose", "small", "lidar"),
+            &whole("ros_pose", "large", "ros"),
+        ];
+        let library = library(&text.concat());
+        let converter = Converter::new(&library, "ros_pose", Some("pose")).expect("a converter");
+        let definition = "Placed place\nTurn turn\n================\nMSG: robocomp_cloud_msgs/Placed\n\
+            float64 x\nfloat64 y\nfloat64 z\nfloat64[9] sure\n================\n\
+            MSG: robocomp_cloud_msgs/Turn\nfloat64[4] q\n";
+        let ty = definition::parse("robocomp_cloud_msgs/msg/Pose", definition).expect("a type");
+        let spread = [4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 16.0];
+        let value = json!({
+            "place": {"x": 1000.0, "y": 2000.0, "z": 500.0, "sure": spread},
+            "turn": {"q": [0.0, 0.0, 0.0, 1.0]},
+        });
+        let value = from_json(&ty, &value).expect("a value");
+        let value = converter.value(value).expect("converted");
+        let losses: Vec<String> = converter.losses().collect();
+        (serde_json::to_value(value).expect("JSON"), losses)
+    };
+    let (found, losses) = shown("covariance = { member sure }");
+    assert_eq!(losses, Vec::<String>::new());
+    let place = &found["place"];
+    assert_eq!((&place["x"], &place["y"]), (&json!(2.0), &json!(-1.0)));
+    // Ahead, left, up are y, -x, z, in metres.
+    let expected = [9e-6, -1e-6, 0.0, -1e-6, 4e-6, 0.0, 0.0, 0.0, 16e-6];
+    for (at, wanted) in expected.into_iter().enumerate() {
+        let number = place["sure"][at].as_f64().expect("a number");
+        assert!((number - wanted).abs() < 1e-15, "{place}");
+    }
+    let (found, losses) = shown("");
+    assert!(found["place"].get("sure").is_none(), "{found}");
+    let told = "`pose` as `ros_pose`: the covariance of `Position` is not converted, not bounded";
+    assert_eq!(losses, [told]);
 }
 
 /// A recording has its own definitions: that a type is gone from the files, or a member from a type, is

@@ -77,8 +77,13 @@ pub(super) fn add(steps: &mut Vec<Step>, items: &[Item]) {
                 size: number.size(),
                 count: *count as usize,
             }),
-            Item::Numbers(count, number, Some(conversion)) => {
-                let count = *count as usize;
+            Item::Numbers(..) | Item::KeptNumber(_, Some(_)) => {
+                let (count, number, conversion) = match item {
+                    Item::Numbers(count, number, Some(conversion)) => (*count, number, conversion),
+                    Item::KeptNumber(number, Some(conversion)) => (1, number, conversion),
+                    _ => continue,
+                };
+                let count = count as usize;
                 steps.push(match number {
                     Primitive::F32 => Step::Singles {
                         count,
@@ -113,7 +118,7 @@ pub(super) fn add(steps: &mut Vec<Step>, items: &[Item]) {
                     fixed,
                 };
             }
-            Item::KeptNumber(number) => steps.push(Step::KeptNumber(*number)),
+            Item::KeptNumber(number, None) => steps.push(Step::KeptNumber(*number)),
             Item::KeptText => steps.push(Step::KeptText),
             Item::Bytes(count) => steps.push(Step::Bytes(*count as usize)),
             Item::Text => steps.push(Step::Text),

@@ -291,9 +291,13 @@ fn groups_in_a_sequence_give_the_same_bits_as_single_ones() {
 const MOVED: &str = "0i^$0>map@0*1000000000+1*1:i?I?s?[{2f!|m@0&^0;m@1&^1;a$0&$1;a$2&^3;=$3&@1}]";
 
 fn moved(points: &[[f32; 2]]) -> Message {
+    moved_from("lidar", points)
+}
+
+fn moved_from(frame: &str, points: &[[f32; 2]]) -> Message {
     let begin = Message::default().put((-2_i32).to_le_bytes()).u32(5);
     let count = u32::try_from(points.len()).expect("a length");
-    let message = begin.text("lidar").u32(count);
+    let message = begin.text(frame).u32(count);
     let points = points.iter().flatten();
     points.fold(message, |message, number| message.f32(*number))
 }
@@ -318,6 +322,44 @@ fn points_move_by_the_transform_of_their_message() {
         assert_eq!(ran.map(|ran| ran.end), Ok(bytes.len()));
         assert_eq!(bytes, moved(&vec![[12.0, 4.0]; count]).0);
     }
+}
+
+/// Each message says in which frame its values are, so that the name may change at any time.
+#[test]
+fn the_name_of_a_frame_may_change_with_each_message() {
+    let plan: Plan = MOVED.parse().expect("a plan");
+    let program = plan.program(0, Place::Input).expect("a program");
+    for name in ["lidar", "lidar_front", "x", "lidar"] {
+        let mut bytes = moved_from(name, &[[3.0, 4.0]]).0;
+        let needed = program.needed(&mut bytes, 0).expect("a message");
+        assert_eq!((needed[0].from.as_str(), needed[0].to), (name, "map"));
+        let mut transform = [0.0; 12];
+        (transform[0], transform[1], transform[3]) = (2.0, -1.0, 10.0);
+        let ran = program.run_with(&mut bytes, 0, &[transform]);
+        assert_eq!(ran.map(|ran| ran.end), Ok(bytes.len()));
+        assert_eq!(bytes, moved_from(name, &[[12.0, 4.0]]).0);
+    }
+}
+
+/// The time of a change of frames is converted, too: the change reads it before.
+#[test]
+fn a_time_is_read_before_it_is_converted() {
+    let text = "0i^lidar>map@0*1000000:q?{1000}2f{f!|a@0&^3;=$0}";
+    let plan: Plan = text.parse().expect("a plan");
+    assert_eq!(plan.to_string(), text);
+    let program = plan.program(0, Place::Input).expect("a program");
+    let message = |time: i64, x: f32| {
+        let begin = Message::default().put(time.to_le_bytes());
+        begin.f32(1.0).f32(2.0).f32(x)
+    };
+    let mut bytes = message(7, 3.0).0;
+    let needed = program.needed(&mut bytes, 0).expect("a message");
+    assert_eq!(needed[0].time, 7_000_000);
+    let mut transform = [0.0; 12];
+    transform[3] = 10.0;
+    let ran = program.run_with(&mut bytes, 0, &[transform]);
+    assert_eq!(ran.map(|ran| ran.end), Ok(bytes.len()));
+    assert_eq!(bytes, message(7000, 13.0).0);
 }
 
 /// The program of a message tells a lock of any of its elements, by single steps and in blocks.

@@ -10,7 +10,6 @@ use rc_prototypes::model::{Content, Prototype};
 use rc_prototypes::semantic;
 use rc_quantity::Axes;
 use rc_vocabulary::Primitive;
-use std::collections::BTreeSet;
 
 impl<'l> Network<'l> {
     /// Whether two prototypes may convert: they and their parts mean the same, in the same frames.
@@ -67,16 +66,10 @@ impl<'l> Network<'l> {
                 }
             }
         }
-        let mut parts = BTreeSet::new();
         for (from, to) in &pairs {
             let (Some(one), Some(other)) = (from.first(), to.first()) else {
                 continue;
             };
-            for (chain, own) in [(from, one), (to, other)] {
-                if chain.len() > 1 && own.covariance.is_some() && parts.insert(&own.name) {
-                    notes.lose(unconverted(&own.name), Bound::None);
-                }
-            }
             let own: Vec<&str> = match &one.content {
                 Content::Parts(own) => own.iter().map(|part| part.name.as_str()).collect(),
                 Content::Values { .. } => {
@@ -109,17 +102,10 @@ impl<'l> Network<'l> {
     }
 }
 
-/// What is lost of a part with this prototype.
-pub(super) fn unconverted(name: &str) -> String {
-    format!("the covariance of `{name}` is not converted")
-}
-
-/// The numbers of a prototype for comments: its values, then its covariance.
-pub(super) fn numbers((shape, of): (&Shape, &Prototype), spread: usize) -> Vec<String> {
+/// The numbers of a prototype for comments: its values, then its covariances.
+pub(super) fn numbers(shape: &Shape, covariances: impl Iterator<Item = String>) -> Vec<String> {
     let values = shape.values().into_iter().map(described);
-    let member = of.covariance.iter().map(|of| of.member.as_str());
-    let spread = member.flat_map(|member| (0..spread).map(move |at| format!("{member}.{at}")));
-    values.chain(spread).collect()
+    values.chain(covariances).collect()
 }
 
 /// `points.X in mm, float32`

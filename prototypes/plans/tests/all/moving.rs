@@ -114,24 +114,62 @@ fn each_pose_of_two_moves_by_itself() {
     gives(&of_both, &[first, second].concat(), &alone.concat());
 }
 
+/// The covariance of a part turns as that of a value alone does.
 #[test]
-fn a_covariance_of_a_part_is_refused() {
+fn covariances_of_parts_turn() {
     let own = "covariance = { member covariance }";
-    let sure = |frame: &str| {
-        let text = text(ROS, "m", frame, "");
+    let sure = |frame: &str, axes: &str, unit: &str| {
+        let text = text(axes, unit, frame, "");
         let place = "units = u axes = own }\n         dproto turn";
         assert!(text.contains(place));
-        library(&text.replace(
+        let text = text.replace(
             place,
             &format!("units = u axes = own {own} }}\n         dproto turn"),
-        ))
+        );
+        library(&(text + &twist(own, frame)))
     };
-    let (from, to) = (sure("lidar"), sure("map"));
-    for name in ["pose", "both"] {
-        let refused = rc_plans::moving((&from, name), (&to, name)).map(drop);
-        let reason = refused.map_err(|refusal| refusal.to_string());
-        assert!(reason.is_err_and(|reason| reason.ends_with("and no covariance of a part")));
-    }
+    let (from, to) = (sure("lidar", LIDAR, "mm"), sure("map", ROS, "m"));
+    let plan = |name: &str| rc_plans::moving((&from, name), (&to, name));
+    let of_pose = plan("pose").expect("a plan");
+    assert!(of_pose.lost.is_empty(), "{of_pose}");
+    let part = ("Position".to_owned(), 9);
+    assert_eq!(of_pose.covariances, [vec![part.clone()], vec![part]]);
+    let pose = [1000.0, 2000.0, 500.0, 0.0, 0.0, 0.0, 1.0];
+    // Of x, y and z: to the right, ahead, up.
+    let spread = [4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 16.0];
+    let input = [&pose[..], &spread].concat();
+    let input: Vec<f64> = input.into_iter().chain(transform()).collect();
+    let found = of_pose.program.run(&input).expect("values");
+    // Ahead, left, up are (y, -x, z), and after the quarter to the left (x, y, z).
+    let expected = [4e-6, 1e-6, 0.0, 1e-6, 9e-6, 0.0, 0.0, 0.0, 16e-6];
+    let near = found[7..].iter().zip(expected);
+    assert!(near.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+    let both = plan("both").expect("a plan");
+    let names = both.covariances[0].iter().map(|(part, _)| part.as_str());
+    assert_eq!(
+        names.collect::<Vec<_>>(),
+        ["Obj1.Position", "Obj2.Position"]
+    );
+    // The velocity in the new frame depends on the angular one, so their errors do.
+    let refused = plan("speeds").expect_err("refused").to_string();
+    let reason = "and no covariance of `LinearVelocity`";
+    assert!(refused.ends_with(reason), "{refused}");
+}
+
+/// A twist whose linear part has a covariance of its own.
+fn twist(own: &str, frame: &str) -> String {
+    let part = |name: &str, meaning: &str, more: &str| {
+        format!(
+            "dproto {name} :: geometry {{ semantic = {meaning} coord = cartesian algebraic = xyz
+                 ddr = :: ROS{{a/P}} dr = {{ x = x, y = y, z = z }} axes = own {more} }}\n"
+        )
+    };
+    let parts = part("speed", "LinearVelocity", own) + &part("spin", "AngularVelocity", "");
+    format!(
+        "{parts} dproto speeds :: geometry {{ semantic = Twist
+             composes = {{ LinearVelocity = speed, AngularVelocity = spin }}
+             frames = {{ with_respect_to = {frame} }} }}"
+    )
 }
 
 #[test]

@@ -810,7 +810,7 @@ dproto {name}_pose :: geometry {{ semantic = Pose \
         distance  1
         steps     sure_pose (composition)
         cost      1000001: 0 operations, 0 transcendental functions
-        lost      the covariance of `sure` is not converted, not bounded
+        lost      the covariance of `Position` is not converted, not bounded
     "#]],
     );
     reason(

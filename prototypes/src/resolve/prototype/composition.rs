@@ -63,7 +63,11 @@ impl Resolver<'_> {
                     continue;
                 };
                 if wanted != ty {
-                    let message = format!("`{member}` is {ty}, and `{name}` is about {wanted}");
+                    let what = match member.as_str() {
+                        "" => "the whole".to_owned(),
+                        member => format!("`{member}`"),
+                    };
+                    let message = format!("{what} is {ty}, and `{name}` is about {wanted}");
                     wrong.push(Diagnostic::error("wrong-type", composite.span, message));
                 }
             }

@@ -87,7 +87,7 @@ impl<'f> Resolver<'f> {
 pub(super) fn covariances(meaning: &str) -> Option<u32> {
     match meaning {
         "Pose" | "Twist" | "Wrench" => Some(36),
-        "PairPose" | "JointState" | "TimeStamp" => None,
+        "PairPose" | "KinematicState" | "JointState" | "TimeStamp" => None,
         "Range" => Some(1),
         _ => Some(9),
     }
