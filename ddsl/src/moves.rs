@@ -161,7 +161,7 @@ impl Moves {
             Type::Text { .. } => (Item::KeptText, &mut self.texts),
             Type::Primitive(number) => {
                 (Item::KeptNumber(number.number()?, None), &mut self.numbers)
-            },
+            }
             Type::Sequence { .. }
             | Type::Array { .. }
             | Type::Dictionary { .. }

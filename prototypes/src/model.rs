@@ -231,9 +231,9 @@ impl Library {
     /// Whether a prototype is a part of another one that is about the same type.
     pub fn is_part_of_same(&self, of: &Prototype) -> bool {
         self.prototypes.iter().any(|whole| match &whole.content {
-            Content::Parts(parts) => parts.iter().any(|part| {
-                part.prototype == of.name && part.member.as_deref() == Some("")
-            }),
+            Content::Parts(parts) => parts
+                .iter()
+                .any(|part| part.prototype == of.name && part.member.as_deref() == Some("")),
             Content::Values { .. } => false,
         })
     }
@@ -288,17 +288,19 @@ impl Library {
         for part in parts {
             let inner = self.prototype(&part.prototype).into_iter();
             let inner = inner.flat_map(|inner| self.covariances(inner));
-            out.extend(inner.map(|inner| PlacedCovariance {
-                part: match inner.part.as_str() {
-                    "" => part.name.clone(),
-                    below => format!("{}.{below}", part.name),
-                },
-                member: part
-                    .member
-                    .as_ref()
-                    .zip(inner.member)
-                    .map(|(member, own)| below(member, &own)),
-                ..inner
+            out.extend(inner.map(|inner| {
+                PlacedCovariance {
+                    part: match inner.part.as_str() {
+                        "" => part.name.clone(),
+                        below => format!("{}.{below}", part.name),
+                    },
+                    member: part
+                        .member
+                        .as_ref()
+                        .zip(inner.member)
+                        .map(|(member, own)| below(member, &own)),
+                    ..inner
+                }
             }));
         }
         out

@@ -82,7 +82,8 @@ fn times_convert_between_units() {
 /// Seconds with a fraction at one end, and whole seconds with nanoseconds at the other one.
 #[test]
 fn times_convert_between_coordinates() {
-    let idsl = "module L { struct T { double a; double b; }; interface Laser { void push(T t); }; };";
+    let idsl =
+        "module L { struct T { double a; double b; }; interface Laser { void push(T t); }; };";
     let one = time("seconds", "seconds", "a = seconds", "seconds = s");
     let two = time(
         "seconds_nanoseconds",
@@ -93,16 +94,23 @@ fn times_convert_between_coordinates() {
     let made = converted(idsl, ["subscribesTo", "publishes"], &two, &one);
     expect!["a.Laser -> b.Laser converts L::T alias, coordinates seconds → seconds_nanoseconds; 7 operations a value; less than a nanosecond, bounded: 0.0000000005 of its unit by 0i:{2d!|f@0;s@0&$0;m$1&1e9;i$2;a$0&1e0;b$3&1e9&$0&$4;b$3&1e9&$3&0e0;=$5&$6}"].assert_eq(&made);
     let program = program(&made);
-    let mut bytes: Vec<u8> = [12.25_f64, 0.0].iter().flat_map(|of| of.to_le_bytes()).collect();
+    let mut bytes: Vec<u8> = [12.25_f64, 0.0]
+        .iter()
+        .flat_map(|of| of.to_le_bytes())
+        .collect();
     assert_eq!(program.run(&mut bytes, 0), Ok(16));
-    let expected: Vec<u8> = [12.0_f64, 250_000_000.0].iter().flat_map(|of| of.to_le_bytes()).collect();
+    let expected: Vec<u8> = [12.0_f64, 250_000_000.0]
+        .iter()
+        .flat_map(|of| of.to_le_bytes())
+        .collect();
     assert_eq!(bytes, expected);
 }
 
 /// A time in a value with a meaning of its own is converted by its prototype.
 #[test]
 fn a_time_beside_other_values_converts() {
-    let idsl = "module L { struct T { double time; }; struct P { float x; float y; float z; T taken; };
+    let idsl =
+        "module L { struct T { double time; }; struct P { float x; float y; float z; T taken; };
         interface Laser { void push(P p); }; };";
     let of = |unit: &str| {
         let units = format!("seconds = {unit}");

@@ -10,8 +10,8 @@ use crate::values::{Notes, read, write};
 use crate::vector::{self, Vector, is_axial};
 use rc_formula::Term;
 use rc_prototypes::model::Alias;
-use rc_quantity::rotation::Matrix;
 use rc_quantity::Real;
+use rc_quantity::rotation::Matrix;
 use std::collections::BTreeSet;
 
 /// Converts the numbers of one shape into those of another one that means the same.

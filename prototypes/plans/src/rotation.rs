@@ -280,7 +280,11 @@ pub(crate) fn leaves(from: &Leaf, to: &Leaf, notes: &mut Notes) -> Changes {
 /// The changes from the axes of a rotation to these, or back.
 pub(crate) fn to_axes(from: &Leaf, to: Axes, is_back: bool) -> Changes {
     let one = |own: Option<Axes>| {
-        let (from, to) = if is_back { (Some(to), own) } else { (own, Some(to)) };
+        let (from, to) = if is_back {
+            (Some(to), own)
+        } else {
+            (own, Some(to))
+        };
         change(from, to, false, &mut Notes::default())
     };
     Changes {

@@ -143,7 +143,11 @@ impl<'s, 'p> Spreads<'s, 'p> {
     }
 
     /// The numbers of the first end, which follow so many others.
-    pub(crate) fn record<'r>(&self, recorder: &'r Recorder, mut start: usize) -> Vec<Vec<Term<'r>>> {
+    pub(crate) fn record<'r>(
+        &self,
+        recorder: &'r Recorder,
+        mut start: usize,
+    ) -> Vec<Vec<Term<'r>>> {
         let own = self.ends[0].iter().map(|of| {
             let places = start..start + of.count;
             start = places.end;

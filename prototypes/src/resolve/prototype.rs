@@ -494,7 +494,9 @@ impl<'f> Resolver<'f> {
         let interface = self.interface(fields, ddr, domain, &kind);
         if !fields.has("dr") {
             // The numbers of the parts are members of the type itself.
-            parts.iter_mut().for_each(|part| part.member = Some(String::new()));
+            parts
+                .iter_mut()
+                .for_each(|part| part.member = Some(String::new()));
         }
         if let Some(of) = &interface {
             for part in &parts {

@@ -90,8 +90,14 @@ fn a_full_pose_is_the_state_of_a_body() -> Result<(), WorkerError> {
     let [x, y, yaw] = [found[0], found[1], found[5]];
     let near = |one: f64, other: f64, by: f64| (one - other).abs() < by;
     // It began 1.5 m behind and 2 m to the right of the middle, and looked ahead.
-    let expected = (-1.5 + 0.8 * 0.5_f64.sin(), -2.0 + 0.8 * (1.0 - 0.5_f64.cos()));
-    assert!(near(x, expected.0, 0.01) && near(y, expected.1, 0.01), "{found:?}");
+    let expected = (
+        -1.5 + 0.8 * 0.5_f64.sin(),
+        -2.0 + 0.8 * (1.0 - 0.5_f64.cos()),
+    );
+    assert!(
+        near(x, expected.0, 0.01) && near(y, expected.1, 0.01),
+        "{found:?}"
+    );
     assert!(near(yaw, 0.5, 0.01), "{found:?}");
     assert!(near(found[6], 0.4 * yaw.cos(), 1e-5), "{found:?}");
     assert!(near(found[7], 0.4 * yaw.sin(), 1e-5), "{found:?}");

@@ -46,7 +46,11 @@ fn text() -> String {
             .to_owned(),
         whole("robot", ["small", "angles", "speed", "spin"], around),
         whole("odometry", ["place", "turn", "speed", "spin"], "axes = ros"),
-        whole("tree", ["small", "angles", "speed", "spin"], "axes = innermodel"),
+        whole(
+            "tree",
+            ["small", "angles", "speed", "spin"],
+            "axes = innermodel",
+        ),
         sure("fixed", around, "fixed"),
         sure("moving", around, "moving"),
         sure("ros_fixed", "axes = ros", "fixed"),
@@ -106,10 +110,16 @@ fn a_covariance_is_along_the_axes_that_it_is_about() {
     let of = |a: f64, b: f64, c: f64| [a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c];
     let given = [&ahead[..], &of(1.0, 4.0, 9.0)].concat();
     let moving = run(&library, "moving", "ros_moving", &given);
-    near(&moving, &[&[0.0, 0.0, 0.0, 1.0][..], &of(1.0, 4.0, 9.0)].concat());
+    near(
+        &moving,
+        &[&[0.0, 0.0, 0.0, 1.0][..], &of(1.0, 4.0, 9.0)].concat(),
+    );
     // About the fixed axes, x is to the right: a pitch.
     let fixed = run(&library, "fixed", "ros_fixed", &given);
-    near(&fixed, &[&[0.0, 0.0, 0.0, 1.0][..], &of(4.0, 1.0, 9.0)].concat());
+    near(
+        &fixed,
+        &[&[0.0, 0.0, 0.0, 1.0][..], &of(4.0, 1.0, 9.0)].concat(),
+    );
     near(&run(&library, "fixed", "ros_moving", &given), &fixed);
     near(&run(&library, "moving", "ros_fixed", &given), &moving);
     let back = run(&library, "ros_moving", "fixed", &moving);

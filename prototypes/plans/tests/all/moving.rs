@@ -143,7 +143,10 @@ fn covariances_of_parts_turn() {
     // Ahead, left, up are (y, -x, z), and after the quarter to the left (x, y, z).
     let expected = [4e-6, 1e-6, 0.0, 1e-6, 9e-6, 0.0, 0.0, 0.0, 16e-6];
     let near = found[7..].iter().zip(expected);
-    assert!(near.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+    assert!(
+        near.clone().all(|(a, b)| (a - b).abs() < 1e-15),
+        "{found:?}"
+    );
     let both = plan("both").expect("a plan");
     let names = both.covariances[0].iter().map(|(part, _)| part.as_str());
     assert_eq!(
