@@ -120,7 +120,8 @@ impl<'l> Network<'l> {
         let mut of_spreads = Notes::default();
         let meant = input.signed(&inputs);
         terms.extend(spreads.convert((&meant, &own), None, &mut of_spreads)?);
-        if terms != [&[inputs.clone()], &own[..]].concat().concat() {
+        let given = inputs.iter().chain(own.iter().flatten());
+        if !given.eq(&terms) {
             rotation::require_length(input, &inputs)?;
             own.iter().for_each(|own| covariance::require_positive(own));
         }
