@@ -14,7 +14,6 @@ mod words;
 use crate::collisions::{self, Naming};
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics};
-use rc_vocabulary::qos::PolicyName;
 
 /// Reports names that are not possible or not distinct in C++, and features that workers in C++ do
 /// not have.
@@ -36,17 +35,6 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     }
     for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
         refuse(found, slot.span, "queries that end later");
-    }
-    let policies = component.slots.iter().flat_map(|slot| {
-        let policies = slot.qos.iter();
-        policies.map(move |policy| (policy.name(), slot.span))
-    });
-    let latest = policies.filter(|(name, _)| *name == PolicyName::Latest);
-    for (_, span) in latest {
-        refuse(found, span, "last values that answer queries");
-    }
-    for collect in &component.collects {
-        refuse(found, collect.name.span, "handlers of collected samples");
     }
     let language = component.language.span;
     if component.simulates_time {

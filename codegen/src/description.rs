@@ -23,6 +23,8 @@ pub(crate) struct Guest {
     pub(crate) in_place: bool,
     /// The name of a handler, of its slot and its operation.
     pub(crate) handler: fn(&str, &str) -> String,
+    /// The name of the handler of a collection.
+    pub(crate) collected: fn(&str) -> String,
 }
 
 /// The description of a component for these middlewares. A program that knows its types from there
@@ -37,6 +39,7 @@ pub fn describe(
     let guest = Guest {
         in_place: false,
         handler: |_, operation| operation.to_owned(),
+        collected: str::to_owned,
     };
     let (view, _) = view::component::of(project, middlewares);
     serde_json::from_str(&of(&view, &guest)?)
@@ -67,6 +70,20 @@ pub(crate) fn of(view: &view::Component, guest: &Guest) -> Result<String, serde_
     });
     if further.clone().next().is_some() {
         all["further_middlewares"] = further.by_ref().map(|one| one.word()).collect();
+    }
+    if !view.collects.is_empty() {
+        let collects = view.collects.iter();
+        let collects = collects.map(|collect| {
+            let topics = collect.topics.iter();
+            let topics = topics.map(|topic| json!([topic.slot, topic.operation]));
+            json!({
+                "name": collect.name,
+                "handler": (guest.collected)(&collect.name),
+                "topics": topics.collect::<Vec<Value>>(),
+                "within_ns": nanoseconds(collect.within),
+            })
+        });
+        all["collects"] = collects.collect();
     }
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;

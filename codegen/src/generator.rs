@@ -57,7 +57,7 @@ static PYTHON: Generator = Generator {
     name: python::names::component,
     names: |component, found| {
         python::check(&component.library, found);
-        python::component::check(component, found);
+        python::checks::check(component, found);
     },
     print: |view, component, _, files| {
         let lines = component.dependencies.iter().map(requirements::line);

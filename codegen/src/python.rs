@@ -1,6 +1,7 @@
 //! Names and types of a view in Python. A view lists what there is; the templates in
 //! `templates/python` contain the code.
 
+pub(crate) mod checks;
 pub(crate) mod component;
 pub mod component_interpreter;
 mod documentation;

@@ -17,7 +17,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// The version of this interface, `RC_ABI_VERSION` of `abi.h`: raised with every change of it.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The exit code of a component that cannot start.
 const NOT_STARTED: u8 = 3;
@@ -217,6 +217,27 @@ pub unsafe extern "C" fn robocomp_publish(slot: usize, operation: usize, body: B
     // SAFETY: the caller says so.
     let body = unsafe { body.to_vec() };
     answer(|| context::publish(slot, operation, &body))
+}
+
+/// The newest sample of a topic. The number of the answer has its age.
+#[unsafe(no_mangle)]
+pub extern "C" fn robocomp_newest(slot: usize, operation: usize) -> RawAnswer {
+    answer(|| context::newest(slot, operation))
+}
+
+/// Sets the result that answers a query.
+///
+/// # Safety
+/// The bytes of `body` are readable.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn robocomp_set_latest(
+    slot: usize,
+    operation: usize,
+    body: Bytes,
+) -> RawAnswer {
+    // SAFETY: the caller says so.
+    let body = unsafe { body.to_vec() };
+    answer(|| context::set_latest(slot, operation, &body))
 }
 
 /// Reads something of the component, an `enum rc_get_what`.

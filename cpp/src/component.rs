@@ -1,15 +1,19 @@
 //! A worker in C++ as the runtime sees it.
 
+use crate::context::age;
 use crate::parameters;
 use crate::status::{Answer, DONE, EXCEPTION};
 use rc_configuration::Parameters;
+use rc_host::link;
 use rc_host::{Number, Operation, Program, Session, read, session, undecodable, write};
-use rc_middleware::Encoding;
 use rc_middleware::typed::{HandlerError, Request};
+use rc_middleware::{Encoding, Writer};
 use rc_runtime::adapter::{Adapter, Joined, Living};
 use rc_runtime::lifecycle::Hook;
 use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
-use rc_runtime::{Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
+use rc_runtime::{
+    Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values, WorkerError,
+};
 use rc_values::{Struct, Value, decode, encode_body};
 use std::sync::Arc;
 
@@ -33,6 +37,8 @@ pub(crate) enum Function {
     Guard,
     Action,
     Handle,
+    /// Handles a collection.
+    Collected,
     /// Ends the worker.
     End,
 }
@@ -343,6 +349,47 @@ impl Joined for Component {
         let value = read(&described.request, &mut sample.reader()).map_err(undecodable)?;
         self.handle((slot, operation), member, described, &value)
             .map(drop)
+    }
+
+    fn collects(&self) -> &'static [Collect] {
+        self.program.collects
+    }
+
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let collect = program.collects.get(number);
+        let collect =
+            collect.ok_or_else(|| HandlerError("there is no such collection".to_owned()))?;
+        let mut writer = Writer::default();
+        for ((slot, operation), sample) in std::iter::zip(collect.topics, samples) {
+            let Some(operation) = program.operation(*slot, *operation) else {
+                continue;
+            };
+            let fresh = link::collected(operation, sample)?;
+            let body = encode_body(&fresh.value).map_err(undecodable)?;
+            writer.put(&age(fresh.freshness));
+            writer.put(&body);
+        }
+        let body = writer
+            .finish()
+            .map_err(|error| HandlerError(error.to_string()))?;
+        let answer = self.run(&Call {
+            function: Function::Collected,
+            numbers: (number, 0),
+            name: "",
+            body,
+        });
+        let failed = |reason: &str| HandlerError(format!("{}(): {reason}", collect.name));
+        match answer.outcome() {
+            Some(Ok(())) => Ok(()),
+            None => Err(failed("the worker has no such function")),
+            Some(Err(error)) => {
+                if let WorkerError::Fatal(reason) = &error {
+                    Hooks::core(self).fail(reason);
+                }
+                Err(failed(&error.to_string()))
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use crate::status::{Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE};
 use rc_host::link::{self, Reading};
 use rc_host::{HostError, Number, Program, session};
-use rc_middleware::Encoding;
+use rc_middleware::{Encoding, Freshness, Made};
 use rc_values::{Struct, decode, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -76,6 +76,40 @@ pub(crate) fn publish(slot: usize, operation: usize, body: &[u8]) -> Result<Answ
     Ok(Answer::number(0))
 }
 
+/// An age as the number of an answer: nanoseconds times 8, twice the number of the label, and whether
+/// it is fresh.
+pub(crate) fn age(of: Freshness) -> i64 {
+    let label = match of.made {
+        Made::Computed => 0,
+        Made::PartlyCached => 1,
+        Made::Cached => 2,
+    };
+    let age = nanoseconds(of.age).min(i64::MAX >> 3);
+    age << 3 | label << 1 | i64::from(of.is_fresh)
+}
+
+/// The newest sample of a topic.
+pub(crate) fn newest(slot: usize, operation: usize) -> Result<Answer, Answer> {
+    let program = program()?;
+    let described = link::operation(&program, slot, operation)?;
+    let newest = link::newest(slot, operation, described)??;
+    let body = encode_body(&newest.value).map_err(internal)?;
+    Ok(Answer::new(DONE, age(newest.freshness), body))
+}
+
+/// Sets the result that answers a query.
+pub(crate) fn set_latest(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
+    let program = program()?;
+    let described = link::operation(&program, slot, operation)?;
+    let reply = value(&described.reply, &described.name, body);
+    let reply = reply.map_err(|error| Answer {
+        status: INVALID_SAMPLE,
+        ..error
+    })?;
+    link::set_latest(slot, operation, reply)??;
+    Ok(Answer::number(0))
+}
+
 fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
@@ -104,6 +138,7 @@ pub(crate) fn get(what: Get, number: usize) -> Result<Answer, Answer> {
             let timeout = session::with(|session| Ok(session.client(number)?.timeout()))?;
             Answer::number(nanoseconds(timeout))
         }
+        Get::Freshness => Answer::number(link::freshness(number)?.map_or(-1, age)),
         Get::IsIn => {
             let state = of_machine(number, |program| {
                 program
@@ -164,10 +199,11 @@ pub(crate) enum Get {
     Timeout,
     IsIn,
     HasEnded,
+    Freshness,
 }
 
 impl Get {
-    pub(crate) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 12] = [
         Self::Name,
         Self::Network,
         Self::State,
@@ -179,6 +215,7 @@ impl Get {
         Self::Timeout,
         Self::IsIn,
         Self::HasEnded,
+        Self::Freshness,
     ];
 }
 

@@ -19,6 +19,9 @@ const MALFORMED_REPLY: i32 = 18;
 const MIDDLEWARE: i32 = 19;
 pub(crate) const INVALID_SAMPLE: i32 = 20;
 const NOT_SENT: i32 = 21;
+/// `number` is the age in nanoseconds.
+const STALE: i32 = 22;
+const NO_VALUE: i32 = 23;
 pub(crate) const WRONG_THREAD: i32 = 30;
 /// A panic, or a number that the description does not have.
 pub(crate) const INTERNAL: i32 = 31;
@@ -93,11 +96,17 @@ impl From<CallError> for Answer {
             CallError::Refused(_) => REFUSED,
             CallError::Unavailable { .. } => UNAVAILABLE,
             CallError::Stopping => STOPPING,
+            CallError::Stale { .. } => STALE,
+            CallError::NoValue => NO_VALUE,
             CallError::Invalid(_) => INVALID_ARGUMENT,
             CallError::Malformed(_) => MALFORMED_REPLY,
             _ => MIDDLEWARE,
         };
-        Self::new(status, 0, error.to_string())
+        let age = match error {
+            CallError::Stale { age } => i64::try_from(age.as_nanos()).unwrap_or(i64::MAX),
+            _ => 0,
+        };
+        Self::new(status, age, error.to_string())
     }
 }
 

@@ -353,6 +353,23 @@ pub trait Client {
         self.peers() as u128
     }
 
+    /// The identities that servers see as those of this client.
+    fn senders(&self) -> Vec<u128> {
+        vec![u128::from_be_bytes(self.guid())]
+    }
+
+    /// The number by which a server will see this request, if it is not that of its envelope.
+    fn number_there(&self, request: &dyn RequestBody) -> Option<u64> {
+        let _ = request;
+        None
+    }
+
+    /// Whether `sent` of a reply is that of its request less the age of its value, see
+    /// [`Reply::set_age`].
+    fn replies_have_ages(&self) -> bool {
+        false
+    }
+
     /// The age of the last reply, and what it is made of, where the slot keeps track.
     fn freshness(&self) -> Option<Freshness> {
         None
@@ -406,6 +423,12 @@ pub trait Reply {
     /// The form of the request, and of the reply.
     fn profile(&self) -> Profile {
         Profile::Rpc
+    }
+
+    /// Says how old the value of the reply is. Backends whose replies have no place for it ignore it,
+    /// see [`Client::replies_have_ages`].
+    fn set_age(&mut self, age: Duration) {
+        let _ = age;
     }
 
     /// Whether the client is in this process, so that [`Reply::send_value`] may be called. Only in

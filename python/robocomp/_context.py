@@ -6,6 +6,7 @@ from datetime import timedelta
 from enum import Enum, IntEnum
 from typing import Any, Generic, TypeVar
 
+from robocomp._freshness import Fresh, Freshness
 from robocomp._link import Link
 from robocomp._native import Member
 
@@ -49,6 +50,12 @@ class Client:
         return self._link.peers(self._slot) > 0
 
     @property
+    def freshness(self) -> Freshness | None:
+        """The age of the last reply, and whether it was kept. `None` before the first one, and for
+        a slot without `fresh` or `cache`."""
+        return self._link.freshness(self._slot)
+
+    @property
     def timeout(self) -> timedelta:
         """The longest time of a call."""
         return _timedelta(self._link.timeout_ns(self._slot))
@@ -77,6 +84,33 @@ class Publisher:
     def subscribers(self) -> int:
         """The number of subscribers; where topics differ, the largest one."""
         return self._link.peers(self._slot)
+
+
+class Samples:
+    """The newest samples of a subscribed slot with `fresh`."""
+
+    __slots__ = ("_link", "_slot")
+
+    def __init__(self, link: Link, slot: int) -> None:
+        self._link = link
+        self._slot = slot
+
+    def _newest(self, operation: int, /) -> Fresh[Any]:
+        return self._link.newest(self._slot, operation)
+
+
+class Results:
+    """The results of an implemented slot with `serve latest`, which answer queries without a
+    handler."""
+
+    __slots__ = ("_link", "_slot")
+
+    def __init__(self, link: Link, slot: int) -> None:
+        self._link = link
+        self._slot = slot
+
+    def _set(self, operation: int, result: Any, /) -> None:
+        self._link.set_latest(self._slot, operation, result)
 
 
 class SlotArray(Generic[End]):

@@ -1,5 +1,7 @@
 """The exceptions of calls, of publishing and of workers."""
 
+from datetime import timedelta
+
 
 class Error(Exception):
     """The base of all exceptions of this package."""
@@ -34,6 +36,17 @@ class Unavailable(CallError):
 
     state: str = ""
     """The active states of the server, or the state of its life cycle."""
+
+
+class NoValue(CallError):
+    """No sample of the topic has come yet."""
+
+
+class Stale(CallError):
+    """The value is older than its slot allows, which has `stale refuse`."""
+
+    age: timedelta = timedelta(0)
+    """Its age."""
 
 
 class Stopping(CallError):

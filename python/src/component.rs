@@ -2,6 +2,7 @@
 
 use crate::alive::Alive;
 use crate::errors;
+use crate::freshness;
 use crate::from_python::ConversionError;
 use crate::link::Link;
 use crate::memory::Memory;
@@ -12,14 +13,18 @@ use crate::view::View;
 use crate::worker::Worker;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use rc_host::link;
 use rc_host::{
     KeptCounts, Number, Operation, Program, Sample, Session, read, session, undecodable, write,
 };
+use rc_middleware::Fresh;
 use rc_middleware::typed::{HandlerError, Request};
 use rc_runtime::adapter::{Adapter, Joined, Living};
 use rc_runtime::lifecycle::Hook;
 use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
-use rc_runtime::{Body, Core, Member, ParamChange, Ports, StartError, Values, WorkerError};
+use rc_runtime::{
+    Body, Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values, WorkerError,
+};
 use rc_values::{Named, Type, Value};
 use std::sync::Arc;
 
@@ -196,6 +201,19 @@ impl PythonComponent {
             for value in values {
                 arguments.push(self.types.object(py, value)?);
             }
+        }
+        PyTuple::new(py, arguments)
+    }
+
+    /// The arguments of the handler of a collection.
+    fn collection<'py>(
+        &self,
+        py: Python<'py>,
+        values: Vec<Fresh<Value>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let mut arguments = self.first_arguments(py, None)?;
+        for value in values {
+            arguments.push(freshness::object(py, &self.types, value)?);
         }
         PyTuple::new(py, arguments)
     }
@@ -498,6 +516,35 @@ impl Joined for PythonComponent {
             Body::Borrowed(_) | Body::Value(_) => Sample::read(described, &mut sample.reader())?,
         };
         self.handle(member, described, sample)
+    }
+
+    fn collects(&self) -> &'static [Collect] {
+        self.program.collects
+    }
+
+    fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
+        let program = Arc::clone(&self.program);
+        let (Some(collect), Some(handler)) =
+            (program.collects.get(number), program.collected.get(number))
+        else {
+            return Err(HandlerError("there is no such collection".to_owned()));
+        };
+        let topics = std::iter::zip(collect.topics, samples);
+        let values = topics.filter_map(|((slot, operation), sample)| {
+            let operation = program.operation(*slot, *operation)?;
+            Some(link::collected(operation, sample))
+        });
+        let values: Vec<Fresh<Value>> = values.collect::<Result<_, _>>()?;
+        self.run(|py, component| {
+            let handled = component
+                .collection(py, values)
+                .and_then(|arguments| component.worker.handle(py, handler, arguments));
+            handled.map(drop).map_err(|error| {
+                let text = errors::one_line(py, &error);
+                note_failure(py, &error);
+                HandlerError(format!("{handler}(): {text}"))
+            })
+        })
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {

@@ -59,6 +59,8 @@ pub(crate) fn of_call(py: Python<'_>, error: &CallError) -> PyErr {
         CallError::Refused(_) => "Refused",
         CallError::Unavailable { .. } => "Unavailable",
         CallError::Stopping => "Stopping",
+        CallError::NoValue => "NoValue",
+        CallError::Stale { .. } => "Stale",
         CallError::Invalid(_) => "InvalidArgument",
         CallError::Malformed(_) => "MalformedReply",
         _ => "MiddlewareError",
@@ -67,6 +69,10 @@ pub(crate) fn of_call(py: Python<'_>, error: &CallError) -> PyErr {
     if let CallError::Unavailable { state } = error {
         // Without the attribute, the message still has the state.
         let _ = raised.value(py).setattr("state", state);
+    }
+    if let CallError::Stale { age } = error {
+        // Without the attribute, the message still has the age.
+        let _ = raised.value(py).setattr("age", *age);
     }
     raised
 }

@@ -9,6 +9,7 @@ mod bench;
 mod client;
 mod component;
 mod errors;
+mod freshness;
 mod from_python;
 mod hooks;
 mod link;

@@ -2,6 +2,7 @@
 
 use crate::bench::{Here, take_failure};
 use crate::errors;
+use crate::freshness;
 use crate::from_python::ConversionError;
 use crate::member::Member;
 use crate::memory::Memory;
@@ -265,6 +266,50 @@ impl Link {
                 more_silent,
             });
         })
+    }
+
+    /// The newest sample of a topic, with its age.
+    fn newest<'py>(
+        &self,
+        py: Python<'py>,
+        slot: usize,
+        operation: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let described = self.operation(slot, operation)?;
+        let newest = {
+            let _here = Here::enter(self.bench);
+            link::newest(slot, operation, described).map_err(errors::of_host)?
+        };
+        let newest = newest.map_err(|error| errors::of_call(py, &error))?;
+        freshness::object(py, &self.types, newest)
+    }
+
+    /// Sets what a query is answered with from now on.
+    fn set_latest(
+        &self,
+        py: Python<'_>,
+        slot: usize,
+        operation: usize,
+        result: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let described = self.operation(slot, operation)?;
+        let (ty, has_result) = (&described.reply, described.has_result);
+        let reply = self.types.reply(ty, has_result, result);
+        let reply = reply.map_err(|error| misplaced(py, "InvalidSample", described, &error))?;
+        let set = {
+            let _here = Here::enter(self.bench);
+            link::set_latest(slot, operation, reply).map_err(errors::of_host)?
+        };
+        set.map_err(|error| errors::of_sending(py, &error))
+    }
+
+    /// The age of the last reply of a slot.
+    fn freshness<'py>(&self, py: Python<'py>, slot: usize) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let last = {
+            let _here = Here::enter(self.bench);
+            link::freshness(slot).map_err(errors::of_host)?
+        };
+        last.map(|last| freshness::age(py, last)).transpose()
     }
 
     /// Begins a sample that is written in place.

@@ -41,6 +41,7 @@ impl Worker {
                 names.extend(slot.operations.iter().map(|o| o.handler.clone()));
             }
         }
+        names.extend(program.collected.iter().cloned());
         if let Some(machine) = program.machine {
             names.extend(machine_names(machine));
         }

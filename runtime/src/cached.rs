@@ -49,6 +49,8 @@ struct Kept {
     reply: KeptReply,
     /// When its call began.
     begun: u64,
+    /// When its value was made: then, or before.
+    made: u64,
 }
 
 impl Kept {
@@ -173,11 +175,12 @@ impl CachingClient {
     }
 
     /// Keeps the reply to a request, if it is not too large.
-    fn keep(&mut self, request: &[u8], reply: KeptReply, begun: u64) {
+    fn keep(&mut self, request: &[u8], reply: KeptReply, (begun, made): (u64, u64)) {
         let kept = Kept {
             request: request.get(IDENTITY..).unwrap_or_default().to_vec(),
             reply,
             begun,
+            made,
         };
         if let Some(place) = self.find(request) {
             self.remove(place);
@@ -203,7 +206,7 @@ impl CachingClient {
         let Some(kept) = self.kept.get_mut(place) else {
             return;
         };
-        let (age, is_fresh) = age(kept.begun, now, self.fresh);
+        let (age, is_fresh) = age(kept.made, now, self.fresh);
         let freshness = Freshness {
             age,
             made: Made::Cached,
@@ -313,10 +316,10 @@ impl Client for CachingClient {
             self.look();
             let refuses = self.stale == Stale::Refuse;
             let fresh = self.fresh.filter(|_| refuses).map_or(u64::MAX, nanoseconds);
-            let longest = self.cache.min(fresh);
             if let Some(place) = self.find(&bytes)
                 && self.cache > 0
-                && begun - self.kept[place].begun <= longest
+                && begun - self.kept[place].begun <= self.cache
+                && begun.saturating_sub(self.kept[place].made) <= fresh
             {
                 self.answer(place, &bytes, begun, take);
                 return Ok(());
@@ -326,9 +329,17 @@ impl Client for CachingClient {
         let (limit_of_age, informs) = (self.fresh, self.stale == Stale::Inform);
         let (operations, profile) = (self.operations, self.port.profile());
         let (mut came, mut reply) = (None, None);
+        let asked = if self.port.replies_have_ages() {
+            header.sent
+        } else {
+            0
+        };
         let mut came_in = |header: Header, message: Message<'_>| {
             let now = moment(simulated.as_deref());
-            let (age, is_fresh) = age(begun, now, limit_of_age);
+            // A value that was there before the call is older than it.
+            let before = asked.saturating_sub(header.sent.max(1));
+            let made = begun.saturating_sub(before);
+            let (age, is_fresh) = age(made, now, limit_of_age);
             let content = Content::of(operations, profile, &bytes, (header, &message));
             let is_used = is_fresh || informs || content != Content::Values;
             if content == Content::Values && (keeps || !is_used) {
@@ -337,7 +348,7 @@ impl Client for CachingClient {
             if is_used {
                 take(header, message);
             }
-            came = Some((now, age, is_fresh, content));
+            came = Some(((now, made), (age, is_fresh), content));
         };
         let called = self.port.call_message(header, request, limit, &mut came_in);
         if called.is_err() {
@@ -345,7 +356,7 @@ impl Client for CachingClient {
             self.forget_all();
         }
         called?;
-        let Some((now, age, is_fresh, content)) = came else {
+        let Some(((now, made_at), (age, is_fresh), content)) = came else {
             return Ok(());
         };
         if content != Content::Values {
@@ -374,12 +385,12 @@ impl Client for CachingClient {
             }
         }
         self.last = Some(freshness);
-        self.counts.came(begun);
+        self.counts.came(made_at);
         self.counts.used(freshness);
         if let Some(reply) = reply
             && is_fresh
         {
-            self.keep(&bytes, reply, begun);
+            self.keep(&bytes, reply, (begun, made_at));
         }
         Ok(())
     }

@@ -67,8 +67,8 @@ pub(crate) struct Collector {
     queues: Vec<VecDeque<Collected>>,
     bytes: usize,
     most_bytes: usize,
-    /// Samples that left without a match.
-    pub(crate) dropped: u64,
+    /// Samples of each topic that left without a match and are not counted yet.
+    pub(crate) dropped: Vec<u64>,
 }
 
 impl Collector {
@@ -80,7 +80,7 @@ impl Collector {
             depths: vec![MOST_SAMPLES; topics],
             bytes: 0,
             most_bytes: MOST_BYTES,
-            dropped: 0,
+            dropped: vec![0; topics],
         }
     }
 
@@ -134,7 +134,7 @@ impl Collector {
             .is_some_and(|same| same.at == at)
         {
             self.take(topic, place);
-            self.dropped += 1;
+            self.dropped[topic] += 1;
         }
         self.queues[topic].insert(place, sample);
         while self.queues[topic].len() > self.depths[topic] {
@@ -156,7 +156,7 @@ impl Collector {
 
     fn drop_oldest(&mut self, topic: usize) {
         if self.take(topic, 0).is_some() {
-            self.dropped += 1;
+            self.dropped[topic] += 1;
         }
     }
 

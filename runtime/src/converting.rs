@@ -551,6 +551,18 @@ impl Client for ConvertingClient {
         self.port.awaiting()
     }
 
+    fn replies_have_ages(&self) -> bool {
+        self.port.replies_have_ages()
+    }
+
+    fn senders(&self) -> Vec<u128> {
+        self.port.senders()
+    }
+
+    fn number_there(&self, request: &dyn RequestBody) -> Option<u64> {
+        self.port.number_there(request)
+    }
+
     fn peers(&self) -> usize {
         self.port.peers()
     }

@@ -36,6 +36,8 @@ struct Counts {
     refused: AtomicU64,
     /// Uses of a value that was used before.
     cached: AtomicU64,
+    /// Samples that waited for others of their collection, and left without them.
+    unmatched: AtomicU64,
 }
 
 impl FreshCounts {
@@ -67,6 +69,11 @@ impl FreshCounts {
         self.0.refused.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Samples left their collection without a match.
+    fn left(&self, samples: u64) {
+        self.0.unmatched.fetch_add(samples, Ordering::Relaxed);
+    }
+
     /// The metrics of data freshness of Bouzeghoub and Peralta (IQIS 2004) and the timeliness of
     /// Ballou et al. (Management Science 44, 1998), whose volatility is `fresh`.
     pub(crate) fn status(&self, now: u64) -> FreshnessStatus {
@@ -86,6 +93,7 @@ impl FreshCounts {
             uses,
             cached: load(&self.0.cached),
             refused: load(&self.0.refused),
+            unmatched: load(&self.0.unmatched),
         }
     }
 }
@@ -301,7 +309,14 @@ impl Inputs {
         let collector = &mut self.collectors[number];
         collector.set_depth(topic, depth as usize);
         collector.expire(now);
-        let mut all = collector.add(topic, sample)?;
+        let all = collector.add(topic, sample);
+        for (dropped, at) in std::iter::zip(&mut collector.dropped, collects[number].topics) {
+            let dropped = std::mem::take(dropped);
+            if let Some(topic) = self.topics.iter().find(|topic| topic.at == *at) {
+                topic.counts.left(dropped);
+            }
+        }
+        let mut all = all?;
         // The other ones have become older while they waited.
         for waited in &mut all {
             let (age, is_fresh) = age(waited.at, now, waited.limit);

@@ -111,5 +111,6 @@ pub(crate) fn answer(
     let answer = &latest.answer;
     let operation = &slot.operations[operation];
     let opened = request.arguments(operation, rc_middleware::typed::read::<()>);
+    request.set_age(age);
     Some(opened.and_then(|()| answer(request)))
 }

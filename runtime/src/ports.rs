@@ -379,8 +379,7 @@ impl Connections {
     /// A client whose calls are tapped and noted.
     fn tapped(&self, slot: usize, port: Box<dyn Client>) -> Box<dyn Client> {
         self.watch(slot, port.queue());
-        let guid = u128::from_be_bytes(port.guid());
-        self.hops.opened(slot, ALL_OPERATIONS, &[guid]);
+        self.hops.opened(slot, ALL_OPERATIONS, &port.senders());
         Box::new(TappedClient {
             port,
             taps: Arc::clone(&self.taps),

@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// The most bytes that wait for the management thread.
 const MOST: usize = 8 << 20;
@@ -204,6 +205,10 @@ struct KeptReply<'r> {
 impl Reply for KeptReply<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
         self.reply.body()
+    }
+
+    fn set_age(&mut self, age: Duration) {
+        self.reply.set_age(age);
     }
 
     fn profile(&self) -> Profile {

@@ -20,25 +20,25 @@ pub(crate) struct Component<'a> {
     note: &'a str,
     managed: bool,
     pub(crate) headers: Vec<Header>,
-    slots: Vec<Slot<'a>>,
+    slots: Vec<Slot>,
     handlers: Vec<Handler>,
+    collected: Vec<Collected>,
     pub(crate) parameters: Option<Parameters>,
     pub(crate) machine: Option<Machine<'a>>,
     dependencies: &'a [view::component::Dependency],
 }
 
-/// A slot that sends.
+/// A slot that sends, or whose values are kept.
 #[derive(Debug, Serialize)]
-struct Slot<'a> {
-    role: &'a str,
-    interface: &'a str,
+struct Slot {
+    /// What a comment says of it.
+    doc: String,
     index: usize,
-    /// The class of its client or publisher, with its namespace.
+    /// The class of its client or publisher, or of the values that it keeps, with its namespace.
     class: String,
-    /// The member of the context, and RoboComp's name.
+    /// The member of the context, and RoboComp's name; empty where RoboComp has none.
     field: String,
     proxy: String,
-    optional: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -53,6 +53,77 @@ struct Handler {
     doc: Vec<String>,
     /// A body for a new worker.
     is_void: bool,
+}
+
+/// The handler of a collection.
+#[derive(Debug, Serialize)]
+struct Collected {
+    number: usize,
+    name: String,
+    parameters: String,
+}
+
+fn collected(view: &view::Component, number: usize, of: &view::component::Collect) -> Collected {
+    let mut taken: Vec<String> = Vec::new();
+    for topic in &of.topics {
+        let slot = &view.slots[topic.slot];
+        let Some(operation) = view
+            .interface(slot)
+            .map(|of| &of.operations[topic.operation])
+        else {
+            continue;
+        };
+        // Two slots may have topics of one name.
+        let is_taken = |name: &str| {
+            taken
+                .iter()
+                .any(|other| other.ends_with(&format!(" {name}")))
+        };
+        let mut name = names::snake(&operation.name);
+        if is_taken(&name) {
+            name = format!("{}_{name}", names::snake(&slot.name));
+        }
+        while is_taken(&name) {
+            name.push('_');
+        }
+        taken.push(format!("rc::Fresh<{}> {name}", library::sample(operation)));
+    }
+    Collected {
+        number,
+        name: names::own(&of.name),
+        parameters: taken.join(", "),
+    }
+}
+
+/// A slot as the context has it. `None` if the context has none.
+fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
+    let (end, proxy) = match slot.role {
+        Role::Publishes if slot.sends => ("Publisher", names::proxy(&slot.name, true)),
+        Role::Requires if slot.sends => ("Prx", names::proxy(&slot.name, false)),
+        _ if slot.keeps_newest() => ("Samples", String::new()),
+        _ if slot.serves_latest() => ("Results", String::new()),
+        _ => return None,
+    };
+    let (role, interface) = (slot.role.word(), &slot.interface);
+    let doc = match end {
+        "Samples" => format!("the newest samples of `{}`", slot.name),
+        "Results" => format!("the results that answer queries of `{}`", slot.name),
+        _ if slot.optional => {
+            format!("{role} `{interface}`, optional: calls throw `rc::NoServer` without a server")
+        }
+        _ => format!("{role} `{interface}`"),
+    };
+    Some(Slot {
+        doc,
+        index,
+        class: format!(
+            "{}::{}{end}",
+            names::own(&slot.module),
+            names::own(interface)
+        ),
+        field: names::snake(&slot.name),
+        proxy,
+    })
 }
 
 pub(crate) fn of(view: &view::Component) -> Component<'_> {
@@ -76,23 +147,8 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             });
         }
     }
-    let sending = slots.filter(|(_, slot)| slot.sends).map(|(index, slot)| {
-        let publishes = slot.role == Role::Publishes;
-        let end = if publishes { "Publisher" } else { "Prx" };
-        Slot {
-            role: slot.role.word(),
-            interface: &slot.interface,
-            index,
-            class: format!(
-                "{}::{}{end}",
-                names::own(&slot.module),
-                names::own(&slot.interface)
-            ),
-            field: names::snake(&slot.name),
-            proxy: names::proxy(&slot.name, publishes),
-            optional: slot.optional,
-        }
-    });
+    let collects = view.collects.iter().enumerate();
+    let kept = slots.filter_map(|(index, of)| slot(index, of));
     Component {
         name: &view.name,
         file: &view.file,
@@ -101,8 +157,11 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         note: &view.note,
         managed: view.managed,
         headers: library::of(view),
-        slots: sending.collect(),
+        slots: kept.collect(),
         handlers,
+        collected: collects
+            .map(|(number, of)| collected(view, number, of))
+            .collect(),
         parameters: view.parameters.as_ref().map(parameters::of),
         machine: view.machine.as_ref().map(machine::of),
         dependencies: &view.dependencies,

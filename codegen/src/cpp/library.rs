@@ -20,6 +20,9 @@ pub(crate) struct Header {
     types: Vec<TypeDecl>,
     clients: Vec<Ends>,
     publishers: Vec<Ends>,
+    /// The newest samples of slots with `fresh`, and the results of those with `serve latest`.
+    samples: Vec<Ends>,
+    results: Vec<Ends>,
     /// The other headers that it needs.
     imports: Vec<String>,
 }
@@ -92,6 +95,12 @@ struct Operation {
     reply: String,
     /// `, rc::detail::Throws<…>`; empty without exceptions.
     throws: String,
+    /// The type of a sample: of its only value, or a tuple.
+    sample: String,
+    /// The type of the result that can be set before; empty where there is none.
+    set: String,
+    /// `set_` and the name.
+    setter: String,
 }
 
 /// The headers of a component's modules.
@@ -116,11 +125,11 @@ fn header(view: &view::Component, module: &Module) -> Header {
         name: names::own(&constant.name),
         value: types::value(&constant.value),
     });
-    let ends = |role: Role| {
+    let ends = |has: &dyn Fn(&view::Slot) -> bool| {
         let interfaces = module.interfaces.iter().filter(|interface| {
             let mut slots = view.slots.iter();
             slots.any(|slot| {
-                slot.role == role && slot.module == module.name && slot.interface == interface.name
+                has(slot) && slot.module == module.name && slot.interface == interface.name
             })
         });
         interfaces.map(self::ends).collect::<Vec<Ends>>()
@@ -149,8 +158,10 @@ fn header(view: &view::Component, module: &Module) -> Header {
             .into_iter()
             .map(|decl| type_decl(view, module, decl))
             .collect(),
-        clients: ends(Role::Requires),
-        publishers: ends(Role::Publishes),
+        clients: ends(&|slot| slot.role == Role::Requires),
+        publishers: ends(&|slot| slot.role == Role::Publishes),
+        samples: ends(&view::Slot::keeps_newest),
+        results: ends(&view::Slot::serves_latest),
         imports: uses.iter().map(|name| names::own(name)).collect(),
     }
 }
@@ -349,7 +360,11 @@ fn operation(index: usize, of: &library::Operation) -> Operation {
         .iter()
         .map(|thrown| types::of(&thrown.ty))
         .collect::<Vec<_>>();
+    let is_set = of.two_way && of.inputs.is_empty() && reply != "void";
     Operation {
+        sample: sample(of),
+        set: if is_set { reply.clone() } else { String::new() },
+        setter: format!("set_{}", crate::collisions::bare(&snake)),
         index,
         name: names::own(&of.name),
         doc: documentation::of_operation(of, names::own),
@@ -384,6 +399,15 @@ pub(super) fn exceptions(of: &library::Operation) -> String {
         String::new()
     } else {
         format!("<{}>", throws.join(", "))
+    }
+}
+
+/// The type of a sample: of its only value, or a tuple.
+pub(super) fn sample(of: &library::Operation) -> String {
+    let types: Vec<String> = of.inputs.iter().map(types::of_member).collect();
+    match types.as_slice() {
+        [only] => only.clone(),
+        many => format!("std::tuple<{}>", many.join(", ")),
     }
 }
 

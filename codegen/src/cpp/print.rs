@@ -35,6 +35,7 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
     let component = &component::of(view);
     let mut all = Context::from_serialize(component)?;
     let guest = Guest {
+        collected: names::own,
         in_place: false,
         handler: names::handler,
     };

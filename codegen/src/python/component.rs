@@ -12,11 +12,9 @@ use crate::kinematics::Kinematics;
 use crate::view;
 use crate::view::library::Kind;
 use handlers::Handler;
-use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::Role;
-use rc_vocabulary::qos::PolicyName;
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Name of the worker of a new component.
 pub(crate) const WORKER: &str = "SpecificWorker";
@@ -55,6 +53,9 @@ const OWN: [&str; 27] = [
     "types",
 ];
 
+/// The same for packages of components whose values have ages.
+const OF_AGES: [&str; 5] = ["Fresh", "Freshness", "Made", "NoValue", "Stale"];
+
 /// A component as its templates see it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Component<'a> {
@@ -69,6 +70,10 @@ pub(crate) struct Component<'a> {
     /// The world that it shares with others.
     pub(crate) world: Option<World<'a>>,
     arrays: bool,
+    /// Whether values of slots have ages.
+    ages: bool,
+    /// The handlers of collections.
+    collected: Vec<Handler>,
     pub(crate) slots: Vec<Slot<'a>>,
     /// The slots that call or publish, and those that implement or subscribe.
     sends: bool,
@@ -221,13 +226,20 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let types = Types::of(view);
     let modules: Vec<TypeModule> = view.modules.iter().map(|m| types.module(m)).collect();
     let interfaces = interfaces::of(view);
-    let unique = unique(&modules, &interfaces);
+    let unique = unique(&modules, &interfaces, view.has_ages());
     let slots = view.slots.iter().enumerate();
     let slots: Vec<Slot> = slots.map(|(at, slot)| one(view, at, slot)).collect();
     let machine = view.machine.as_ref().map(machine::of);
     let world = super::world::of(view);
     let user = user(view, &slots, &unique);
-    let handlers = || slots.iter().flat_map(|slot| &slot.handlers);
+    let collected = view.collects.iter();
+    let collected: Vec<Handler> = collected.map(|of| handlers::of_collect(view, of)).collect();
+    let handlers = || {
+        slots
+            .iter()
+            .flat_map(|slot| &slot.handlers)
+            .chain(&collected)
+    };
     let signatures: Vec<&str> = handlers().map(|h| h.signature.as_str()).collect();
     let stems = modules.iter().map(|module| (&module.stem, "types"));
     let stems = stems.chain(interfaces.iter().map(|file| (&file.stem, "interfaces")));
@@ -263,8 +275,9 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         viewer: view.viewer,
         world,
         arrays: view.has_arrays(),
+        ages: view.has_ages(),
         sends: slots.iter().any(|slot| slot.sends),
-        receives: slots.iter().any(|slot| !slot.handlers.is_empty()),
+        receives: handlers().next().is_some(),
         worker_imports: Imports::of(&signatures, &[("_robocomp.", true)], worker_imports),
         worker_base: if view.managed {
             "ManagedWorker"
@@ -273,7 +286,9 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         },
         context_imports: context_imports(view, &interfaces),
         context_base,
-        opened: slots.iter().filter_map(opened).collect(),
+        opened: std::iter::zip(&slots, &view.slots)
+            .filter_map(|(slot, of)| opened(slot, of))
+            .collect(),
         classes: classes(view, &interfaces),
         types: modules,
         interfaces,
@@ -284,6 +299,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .map(|one| Kinematics::of(one, names::snake(&one.name), &one.python))
             .collect(),
         machine,
+        collected,
         imports,
         exports,
         user,
@@ -340,7 +356,22 @@ fn context_imports(view: &view::Component, interfaces: &[InterfaceFile]) -> Impo
     Imports::of(&[], &words, ends.chain(robots).chain(parts).collect())
 }
 
-fn opened(slot: &Slot) -> Option<Opened> {
+fn opened(slot: &Slot, of: &view::Slot) -> Option<Opened> {
+    let aged = if of.keeps_newest() {
+        Some(("Samples", "The newest samples"))
+    } else if of.serves_latest() {
+        Some(("Results", "The results that answer queries"))
+    } else {
+        None
+    };
+    if let Some((word, what)) = aged {
+        let class = names::class(slot.interface);
+        return Some(Opened {
+            target: slot.field.clone(),
+            value: format!("_{}.{class}{word}(link, {})", slot.module, slot.index),
+            doc: format!("{what} of `{}`.", slot.name),
+        });
+    }
     let Slot {
         index,
         field,
@@ -378,7 +409,11 @@ fn opened(slot: &Slot) -> Option<Opened> {
 
 /// Where names come from that only one module declares: the name, and the module that the package
 /// imports it from.
-fn unique(modules: &[TypeModule], interfaces: &[InterfaceFile]) -> BTreeMap<String, String> {
+fn unique(
+    modules: &[TypeModule],
+    interfaces: &[InterfaceFile],
+    has_ages: bool,
+) -> BTreeMap<String, String> {
     let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let types = modules.iter().flat_map(|m| {
         m.exports
@@ -393,8 +428,9 @@ fn unique(modules: &[TypeModule], interfaces: &[InterfaceFile]) -> BTreeMap<Stri
     for (name, from) in types.chain(ends) {
         all.entry(name.clone()).or_default().push(from);
     }
+    let is_own = |name: &str| OWN.contains(&name) || has_ages && OF_AGES.contains(&name);
     all.into_iter()
-        .filter(|(name, from)| from.len() == 1 && !OWN.contains(&name.as_str()))
+        .filter(|(name, from)| from.len() == 1 && !is_own(name))
         .filter_map(|(name, from)| Some((name, from.into_iter().next()?)))
         .collect()
 }
@@ -435,6 +471,9 @@ fn exports(
                 _ => true,
             }),
     );
+    if view.has_ages() {
+        exports.extend(OF_AGES.map(str::to_owned));
+    }
     layout::sort_all(&mut exports);
     let mut imports: Vec<String> = Vec::new();
     let mut folders = Vec::new();
@@ -477,12 +516,15 @@ fn classes(view: &view::Component, interfaces: &[InterfaceFile]) -> Vec<(String,
 }
 
 fn user(view: &view::Component, slots: &[Slot], unique: &BTreeMap<String, String>) -> User {
+    let collected = view.collects.iter();
+    let collected = collected.map(|of| handlers::of_user_collect(view, of, unique));
     let handlers: Vec<Handler> = slots
         .iter()
         .zip(&view.slots)
         .filter(|(slot, _)| !slot.handlers.is_empty())
         .filter_map(|(_, of)| Some(handlers::of_user(view, of, view.interface(of)?, unique)))
         .flatten()
+        .chain(collected)
         .collect();
     let machine = view.machine.as_ref().map(handlers::of_machine);
     let machine = machine.unwrap_or_default();
@@ -501,94 +543,5 @@ fn user(view: &view::Component, slots: &[Slot], unique: &BTreeMap<String, String
         hooks: if view.managed { &HOOKS } else { &[] },
         handlers,
         machine,
-    }
-}
-
-/// Reports names that become one name of Python, or one that generated code uses itself.
-pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
-    let name = &component.name;
-    if let Err(reason) = names::component(&name.text) {
-        let message = format!(
-            "a component in Python cannot be called `{}`: {reason}",
-            name.text
-        );
-        found.push(Diagnostic::error("name-collision", name.span, message));
-    }
-    for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
-        let message = format!(
-            "a component in Python cannot start queries of `{}`: it waits for each reply",
-            slot.name
-        );
-        let error = Diagnostic::error("not-in-python", slot.span, message);
-        found.push(error.help("remove `asynchronous true`, or write the component in Rust"));
-    }
-    let latest = component.slots.iter();
-    let latest = latest.filter(|slot| slot.qos.get(PolicyName::Latest).is_some());
-    let latest = latest.map(|slot| (slot.span, "last values that answer queries"));
-    let collects = component.collects.iter();
-    let collects = collects.map(|of| (of.name.span, "handlers of collected samples"));
-    for (span, what) in latest.chain(collects) {
-        let message = format!("a component in Python does not have {what} yet");
-        let error = Diagnostic::error("not-in-python", span, message);
-        found.push(error.help("write the component in Rust"));
-    }
-    let mut seen: Vec<(&str, String)> = Vec::new();
-    let mut handlers: BTreeSet<String> = super::HOOKS.iter().map(|h| (*h).to_owned()).collect();
-    for slot in &component.slots {
-        let field = names::snake(&slot.name);
-        let interface = component.library.interface(slot.interface);
-        if let Some((other, _)) = seen.iter().find(|(_, other)| *other == field) {
-            let message = format!(
-                "slots `{other}` and `{}` are both `{field}` in Python",
-                slot.name
-            );
-            let help = format!("name one of them: `{} as other`", interface.name.text);
-            found.push(Diagnostic::error("name-collision", slot.span, message).help(help));
-        } else if names::is_of_context(&field) {
-            let message = format!(
-                "a slot cannot be called `{}`: generated code uses the name itself",
-                slot.name
-            );
-            found.push(
-                Diagnostic::error("name-collision", slot.span, message).help("name it with `as`"),
-            );
-        }
-        if matches!(slot.role, Role::Implements | Role::SubscribesTo) {
-            for operation in &interface.operations {
-                let handler = handlers::name(&slot.name, &operation.name.text);
-                if !handlers.insert(handler.clone()) {
-                    let message =
-                        format!("two functions of the worker would be called `{handler}`");
-                    found.push(
-                        Diagnostic::error("name-collision", slot.span, message)
-                            .help("name the slot with `as`"),
-                    );
-                }
-            }
-        }
-        seen.push((&slot.name, field));
-    }
-    if let Some(world) = &component.world {
-        let field = names::snake(&world.name.text);
-        if names::is_of_context(&field) {
-            let message = format!(
-                "a world cannot be called `{}`: the context has `{field}` already",
-                world.name.text
-            );
-            let error = Diagnostic::error("name-collision", world.name.span, message);
-            found.push(error.help("write another name after `as`"));
-        }
-    }
-    for (_, robot) in &component.kinematics {
-        let field = names::snake(&robot.text);
-        if names::is_of_context(&field) || seen.iter().any(|(_, other)| *other == field) {
-            let message = format!(
-                "a robot cannot be called `{}`: the context has `{field}` already",
-                robot.text
-            );
-            let error = Diagnostic::error("name-collision", robot.span, message);
-            found.push(error.help("write another name after `as`"));
-        }
-        seen.push((&robot.text, field));
     }
 }

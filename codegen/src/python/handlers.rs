@@ -55,42 +55,50 @@ pub(crate) fn of_user(
     interface: &Interface,
     unique: &BTreeMap<String, String>,
 ) -> Vec<Handler> {
-    let from = |module: String, name: String| {
-        let is_exported = unique.get(&name).is_some_and(|from| *from == module);
-        if is_exported {
-            name
-        } else {
-            format!("{module}.{name}")
-        }
-    };
     let path = |module: &str, name: &str| {
-        from(
+        let (module, name) = (
             format!("types.{}", names::module(module)),
             names::class(name),
-        )
+        );
+        exported(unique, &module, &name)
     };
     let stem = interfaces::stem(view, &slot.module, &slot.interface);
-    let answer = |class: &str| from(format!("interfaces.{stem}"), class.to_owned());
-    let bare = |text: String| {
-        let text = text.replace("_npt.", "npt.").replace("_np.", "np.");
-        text.replace("_robocomp.", "")
-    };
+    let answer = |class: &str| exported(unique, &format!("interfaces.{stem}"), class);
     let operations = interface.operations.iter().map(|of| {
         let mut handler = handler(view, slot, of, &path, &answer, &bare);
-        let words = handler
-            .signature
-            .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'));
-        let known = words.filter_map(|word| match word.split_once('.') {
-            Some((folder @ ("types" | "interfaces"), _)) => Some(folder),
-            _ => unique.contains_key(word).then_some(word),
-        });
-        handler.mentioned = known.map(str::to_owned).collect();
+        handler.mentioned = mentioned(&handler.signature, unique);
         handler
             .mentioned
             .extend(slot.is_array.then(|| MEMBER.to_owned()));
         handler
     });
     operations.collect()
+}
+
+/// A name of a module of the package: alone, if the package exports it.
+fn exported(unique: &BTreeMap<String, String>, module: &str, name: &str) -> String {
+    if unique.get(name).is_some_and(|from| *from == module) {
+        name.to_owned()
+    } else {
+        format!("{module}.{name}")
+    }
+}
+
+/// An annotation with the imports of the user's file.
+#[expect(clippy::needless_pass_by_value, reason = "one of two ways to write")]
+fn bare(text: String) -> String {
+    let text = text.replace("_npt.", "npt.").replace("_np.", "np.");
+    text.replace("_robocomp.", "")
+}
+
+/// The names of the package that a signature of the user's file mentions.
+fn mentioned(signature: &str, unique: &BTreeMap<String, String>) -> Vec<String> {
+    let words = signature.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'));
+    let known = words.filter_map(|word| match word.split_once('.') {
+        Some((folder @ ("types" | "interfaces"), _)) => Some(folder),
+        _ => unique.contains_key(word).then_some(word),
+    });
+    known.map(str::to_owned).collect()
 }
 
 fn handler(
@@ -135,6 +143,80 @@ fn handler(
         types: all,
         name,
     }
+}
+
+/// The handler of a collection, as the base class declares it.
+pub(crate) fn of_collect(view: &view::Component, of: &view::component::Collect) -> Handler {
+    let path =
+        |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
+    collected(view, of, &path, &|text| text)
+}
+
+/// The handler of a collection, as the user's file writes it.
+pub(crate) fn of_user_collect(
+    view: &view::Component,
+    of: &view::component::Collect,
+    unique: &BTreeMap<String, String>,
+) -> Handler {
+    let path = |module: &str, name: &str| {
+        let (module, name) = (
+            format!("types.{}", names::module(module)),
+            names::class(name),
+        );
+        exported(unique, &module, &name)
+    };
+    let mut handler = collected(view, of, &path, &bare);
+    handler.mentioned = mentioned(&handler.signature, unique);
+    handler.mentioned.push("Fresh".to_owned());
+    handler
+}
+
+fn collected(
+    view: &view::Component,
+    of: &view::component::Collect,
+    path: types::Path,
+    write: &dyn Fn(String) -> String,
+) -> Handler {
+    let mut arguments = vec!["self".to_owned(), "ctx: Context".to_owned()];
+    let mut parameters = vec!["ctx".to_owned()];
+    let mut all = vec!["Context".to_owned()];
+    for topic in &of.topics {
+        let slot = &view.slots[topic.slot];
+        let Some(operation) = view
+            .interface(slot)
+            .map(|of| &of.operations[topic.operation])
+        else {
+            continue;
+        };
+        let ty = write(interfaces::sample_type(operation, path));
+        // Two slots may have topics of one name.
+        let mut name = names::parameter(&operation.name);
+        if parameters.contains(&name) {
+            name = self::name(&slot.name, &operation.name);
+        }
+        while parameters.contains(&name) {
+            name.push('_');
+        }
+        arguments.push(format!("{name}: {ty}"));
+        parameters.push(name);
+        all.push(ty);
+    }
+    all.push("None".to_owned());
+    let name = collection(&of.name);
+    Handler {
+        signature: layout::call(4, &format!("def {name}"), &arguments, " -> None:"),
+        doc: "\"\"\"One sample of each topic, whose times are near enough.\"\"\"".to_owned(),
+        placeholder: String::new(),
+        mentioned: Vec::new(),
+        parameters,
+        types: all,
+        name,
+    }
+}
+
+/// The function of the worker that handles a collection.
+pub(crate) fn collection(name: &str) -> String {
+    names::method(name)
 }
 
 /// The parameter for the member of a slot array. An input may have this name, too.

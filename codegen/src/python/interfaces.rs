@@ -22,6 +22,9 @@ pub(crate) struct InterfaceFile {
     /// The classes for slots that call and that publish; empty where there is none.
     client: String,
     publisher: String,
+    /// The classes for subscribed slots with `fresh`, and for implemented ones with `serve latest`.
+    samples: String,
+    results: String,
     operations: Vec<Function>,
     imports: Imports,
     /// The names that it declares.
@@ -57,12 +60,18 @@ struct Function {
     /// Function that reads the reply in place, and its type; empty where there is none.
     in_place: String,
     seen: String,
+    /// Function that returns the newest sample, and its type.
+    newest: String,
+    sample: String,
+    /// Function that sets the result that answers queries; empty where there is none.
+    set: String,
 }
 
 impl InterfaceFile {
-    /// Whether a slot calls it or publishes on it.
+    /// Whether the context has a slot of it: one that calls or publishes, or whose values it keeps.
     pub(crate) fn has_ends(&self) -> bool {
-        !self.client.is_empty() || !self.publisher.is_empty()
+        let mut classes = [&self.client, &self.publisher, &self.samples, &self.results].into_iter();
+        classes.any(|class| !class.is_empty())
     }
 
     /// The operations that reply with a result and `out` parameters, the classes of the replies,
@@ -156,25 +165,27 @@ pub(crate) fn of(view: &view::Component) -> Vec<InterfaceFile> {
     let used = all.filter_map(|interface| {
         let slots = view.slots.iter();
         let slots = slots.filter(|s| s.module == interface.module && s.interface == interface.name);
-        let roles: Vec<(Role, bool)> = slots.map(|slot| (slot.role, slot.sends)).collect();
-        (!roles.is_empty()).then(|| file(view, interface, &roles))
+        let slots: Vec<&view::Slot> = slots.collect();
+        (!slots.is_empty()).then(|| file(view, interface, &slots))
     });
     let mut files: Vec<InterfaceFile> = used.collect();
     files.sort_by(|a, b| a.stem.cmp(&b.stem));
     files
 }
 
-fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -> InterfaceFile {
+fn file(view: &view::Component, interface: &Interface, slots: &[&view::Slot]) -> InterfaceFile {
     let path =
         |module: &str, name: &str| format!("_{}.{}", names::module(module), names::class(name));
     let class = names::class(&interface.name);
-    let has = |role: Role| roles.iter().any(|(r, sends)| *r == role && *sends);
+    let has = |role: Role| slots.iter().any(|slot| slot.role == role && slot.sends);
     let (calls, publishes) = (has(Role::Requires), has(Role::Publishes));
+    let keeps = slots.iter().any(|slot| slot.keeps_newest());
+    let serves = slots.iter().any(|slot| slot.serves_latest());
     let answers = interface.operations.iter().filter(|o| parts(o) > 1);
     let answers: Vec<Answer> = answers.map(|of| answer(of, &path)).collect();
     let operations = interface.operations.iter().enumerate();
     let operations = operations
-        .filter(|_| calls || publishes)
+        .filter(|_| calls || publishes || keeps || serves)
         .map(|(index, of)| call(view, index, of, &path))
         .collect::<Vec<Function>>();
     let mut texts: Vec<&str> = answers
@@ -189,6 +200,12 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -
         if publishes {
             texts.extend([&*operation.publish, &operation.lent]);
         }
+        if keeps {
+            texts.push(&operation.sample);
+        }
+        if serves {
+            texts.push(&operation.set);
+        }
     }
     let modules = view
         .modules
@@ -201,20 +218,19 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -
     let modules = modules.map(|stem| format!("from ..types import {stem} as _{stem}"));
     let words = [
         ("_typing.", !answers.is_empty()),
-        ("_robocomp.", calls || publishes),
+        ("_robocomp.", calls || publishes || keeps || serves),
     ];
     let imports = Imports::of(&texts, &words, modules.collect());
-    let client = if calls {
-        format!("{class}Client")
-    } else {
-        String::new()
+    let class = |there: bool, word: &str| {
+        if there {
+            format!("{class}{word}")
+        } else {
+            String::new()
+        }
     };
-    let publisher = if publishes {
-        format!("{class}Publisher")
-    } else {
-        String::new()
-    };
-    let ends = [&client, &publisher]
+    let (client, publisher) = (class(calls, "Client"), class(publishes, "Publisher"));
+    let (samples, results) = (class(keeps, "Samples"), class(serves, "Results"));
+    let ends = [&client, &publisher, &samples, &results]
         .into_iter()
         .filter(|end| !end.is_empty());
     let exports = ends.cloned().chain(answers.iter().map(|a| a.name.clone()));
@@ -231,8 +247,21 @@ fn file(view: &view::Component, interface: &Interface, roles: &[(Role, bool)]) -
         answers,
         client,
         publisher,
+        samples,
+        results,
         operations,
         imports,
+    }
+}
+
+/// The type of a sample with its age.
+pub(crate) fn sample_type(of: &Operation, path: types::Path) -> String {
+    let types = of.inputs.iter().map(|input| types::member(input, path));
+    let types: Vec<String> = types.collect();
+    match types.as_slice() {
+        [] => "_robocomp.Fresh[tuple[()]]".to_owned(),
+        [one] => format!("_robocomp.Fresh[{one}]"),
+        all => format!("_robocomp.Fresh[tuple[{}]]", all.join(", ")),
     }
 }
 
@@ -288,8 +317,17 @@ fn call(view: &view::Component, index: usize, of: &Operation, path: types::Path)
             "return reply".to_owned(),
         ],
     };
+    let sample_type = sample_type(of, path);
+    let is_set = of.two_way && of.inputs.is_empty() && result != "None";
+    let set = ["self".to_owned(), format!("result: {result}")];
     Function {
         index,
+        newest: format!("def {method}(self) -> {sample_type}:"),
+        sample: sample_type,
+        set: text(
+            is_set,
+            layout::call(4, &format!("def set_{bare}"), &set, " -> None:"),
+        ),
         doc: documentation::of_operation(of),
         arguments: passed,
         calls,

@@ -196,6 +196,7 @@ pub(crate) fn files(
     let description = description::of(
         view,
         &Guest {
+            collected: super::handlers::collection,
             in_place: true,
             handler: handlers::name,
         },

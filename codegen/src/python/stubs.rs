@@ -1,5 +1,6 @@
 //! Handlers that a worker in Python lacks, and those that do not fit.
 
+use super::checks;
 use super::component::{self, Component, WORKER, WORKER_MODULE};
 use super::component_interpreter::{self, InPath, Next};
 use super::handlers::Handler;
@@ -41,7 +42,7 @@ pub fn of(
 ) -> io::Result<(Option<Missing>, Diagnostics)> {
     let (view, mut found) = view::component::of(project, Middleware::DEFAULT);
     super::check(&project.component.library, &mut found);
-    component::check(&project.component, &mut found);
+    checks::check(&project.component, &mut found);
     if !folder.join("src").is_dir() {
         let message = format!("there is no {} yet", folder.join("src").display());
         let help = format!(

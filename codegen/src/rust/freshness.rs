@@ -10,7 +10,6 @@ use crate::collisions::{bare, free};
 use crate::view;
 use crate::view::types::Named;
 use rc_vocabulary::Role;
-use rc_vocabulary::qos::PolicyName;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -105,21 +104,11 @@ impl Freshness {
     }
 }
 
-/// Whether the context has the newest samples of a slot.
-pub(super) fn keeps(slot: &view::Slot) -> bool {
-    slot.role == Role::SubscribesTo && slot.qos.0.get(PolicyName::Fresh).is_some()
-}
-
-/// Whether the context has the last results of a slot.
-pub(super) fn serves_latest(slot: &view::Slot) -> bool {
-    slot.role == Role::Implements && slot.qos.0.get(PolicyName::Latest).is_some()
-}
-
 /// The type of a slot in the context. Empty if the context has none.
 pub(super) fn ty(view: &view::Component, slot: &view::Slot) -> String {
-    if keeps(slot) {
+    if slot.keeps_newest() {
         exports::async_name(view, &slot.name, "Samples")
-    } else if serves_latest(slot) {
+    } else if slot.serves_latest() {
         exports::async_name(view, &slot.name, "Results")
     } else {
         String::new()
@@ -142,8 +131,8 @@ pub(super) fn of(view: &view::Component, exports: &Exports) -> Freshness {
     let has_type = |slot: &view::Slot| !ty(view, slot).is_empty();
     Freshness {
         fields: view.slots.iter().any(has_type),
-        kept: slots(keeps),
-        latest: slots(serves_latest),
+        kept: slots(view::Slot::keeps_newest),
+        latest: slots(view::Slot::serves_latest),
         collects: collects.map(|one| collect(view, one, exports)).collect(),
     }
 }

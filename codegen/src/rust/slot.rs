@@ -147,7 +147,7 @@ fn one<'a>(view: &'a view::Component, index: usize, slot: &'a view::Slot) -> Slo
     let (mut open, mut peers) = context(slot, index, &end);
     let kept = freshness::ty(view, slot);
     if !kept.is_empty() {
-        let of = if freshness::keeps(slot) {
+        let of = if slot.keeps_newest() {
             "FreshSlot"
         } else {
             "LatestSlot"

@@ -269,6 +269,18 @@ pub struct Slot {
     pub external_types: Vec<String>,
 }
 
+impl Slot {
+    /// Whether the context has its newest samples.
+    pub(crate) fn keeps_newest(&self) -> bool {
+        self.role == Role::SubscribesTo && self.qos.0.get(PolicyName::Fresh).is_some()
+    }
+
+    /// Whether the context has its last results, which answer queries.
+    pub(crate) fn serves_latest(&self) -> bool {
+        self.role == Role::Implements && self.qos.0.get(PolicyName::Latest).is_some()
+    }
+}
+
 /// Deviations from a role's default quality of service. As JSON, every policy by its name: a word,
 /// a number, a [`Time`], or `null` where it is the default.
 #[derive(Debug, Default)]
@@ -398,6 +410,14 @@ impl Component {
     /// Whether a slot is an array.
     pub fn has_arrays(&self) -> bool {
         self.slots.iter().any(|slot| slot.is_array)
+    }
+
+    /// Whether values of a slot have ages.
+    pub(crate) fn has_ages(&self) -> bool {
+        let settings = [PolicyName::Fresh, PolicyName::Cache, PolicyName::Latest];
+        let mut slots = self.slots.iter();
+        let has_ages = slots.any(|slot| settings.iter().any(|of| slot.qos.0.get(*of).is_some()));
+        has_ages || !self.collects.is_empty()
     }
 
     /// Whether queries of a slot can also be started.

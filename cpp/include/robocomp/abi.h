@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RC_ABI_VERSION 1
+#define RC_ABI_VERSION 2
 #define RC_RELEASE "0.1.0"
 
 /* Bytes of the caller, or of the callee until its next call on the same thread. */
@@ -37,6 +37,8 @@ enum rc_status {
   RC_MIDDLEWARE = 19,
   RC_INVALID_SAMPLE = 20,
   RC_NOT_SENT = 21,
+  RC_STALE = 22, /* `number` is the age in nanoseconds */
+  RC_NO_VALUE = 23,
   RC_WRONG_THREAD = 30,
   RC_INTERNAL = 31,
   /* Outcomes of a function of the worker. */
@@ -62,6 +64,7 @@ enum rc_function {
   RC_GUARD,
   RC_ACTION,
   RC_HANDLE,
+  RC_COLLECTED, /* `body` has an age and a sequence of octets for each topic */
   RC_END
 };
 
@@ -76,8 +79,12 @@ enum rc_get_what {
   RC_PEERS,
   RC_CALL_TIMEOUT,
   RC_IS_IN,
-  RC_HAS_ENDED
+  RC_HAS_ENDED,
+  RC_FRESHNESS /* an age, or -1 */
 };
+
+/* An age in a number: nanoseconds times 8, plus twice the label, plus 1 if it is fresh. The labels
+ * are 0 computed, 1 partly cached, 2 cached. */
 
 enum rc_set_what { RC_SET_PERIOD, RC_SET_CALL_TIMEOUT, RC_STOP, RC_FIRE };
 
@@ -104,6 +111,10 @@ extern "C" {
 int32_t robocomp_run(const struct rc_program* program, size_t count, const char* const* arguments);
 struct rc_answer robocomp_call(size_t slot, size_t operation, struct rc_bytes body);
 struct rc_answer robocomp_publish(size_t slot, size_t operation, struct rc_bytes body);
+/* The newest sample of a topic; the number of the answer is its age. */
+struct rc_answer robocomp_newest(size_t slot, size_t operation);
+/* Sets the reply that answers a query without a handler. */
+struct rc_answer robocomp_set_latest(size_t slot, size_t operation, struct rc_bytes body);
 struct rc_answer robocomp_get(uint32_t what, size_t number);
 struct rc_answer robocomp_set(uint32_t what, size_t number, int64_t value, struct rc_bytes text);
 void robocomp_log(uint32_t level, struct rc_bytes text);

@@ -12,6 +12,7 @@
 
 #include "robocomp/cdr.h"
 #include "robocomp/errors.h"
+#include "robocomp/freshness.h"
 
 namespace rc {
 
@@ -103,6 +104,15 @@ void read_parts(Reader& reader, T& part) {
   reader.get(part);
 }
 
+template <class... Parts>
+void write_parts(Writer& writer, const std::tuple<Parts...>& parts) {
+  std::apply([&](const auto&... part) { (writer.put(part), ...); }, parts);
+}
+template <class T>
+void write_parts(Writer& writer, const T& part) {
+  writer.put(part);
+}
+
 // The end of a slot that sends. It works on the thread of the worker.
 class End {
  public:
@@ -130,6 +140,13 @@ class Client : public detail::End {
   std::chrono::nanoseconds timeout() const {
     return std::chrono::nanoseconds(detail::checked(robocomp_get(RC_CALL_TIMEOUT, slot_)).number);
   }
+  // The age of the last reply, and whether it was kept. None before the first one, and for a slot
+  // without `fresh` or `cache`.
+  std::optional<Freshness> freshness() const {
+    const auto number = detail::checked(robocomp_get(RC_FRESHNESS, slot_)).number;
+    if (number < 0) return std::nullopt;
+    return detail::freshness(number);
+  }
   void set_timeout(std::chrono::nanoseconds timeout) {
     detail::checked(robocomp_set(RC_SET_CALL_TIMEOUT, slot_, timeout.count(), {}));
   }
@@ -148,6 +165,46 @@ class Client : public detail::End {
     detail::read_parts(reader, reply);
     return reply;
   }
+};
+
+// The base of the newest samples of a slot with `fresh`.
+class Samples {
+ public:
+  explicit Samples(std::size_t slot) : slot_(slot) {}
+
+ protected:
+  template <class T>
+  Result<Fresh<T>> rc_newest(std::size_t operation) const {
+    const rc_answer answer = robocomp_newest(slot_, operation);
+    if (answer.status != RC_DONE) return detail::failure(answer);
+    Fresh<T> newest{{}, detail::freshness(answer.number)};
+    detail::Reader reader(answer.bytes);
+    detail::read_parts(reader, newest.value);
+    return newest;
+  }
+
+ private:
+  std::size_t slot_;
+};
+
+// The base of the results of a slot with `serve latest`, which answer queries without a handler.
+class Results {
+ public:
+  explicit Results(std::size_t slot) : slot_(slot) {}
+
+ protected:
+  // `Reply` is a value, or a tuple of `out` parameters and the result.
+  template <class Reply>
+  Result<void> rc_set(std::size_t operation, const Reply& reply) const {
+    detail::Writer writer;
+    detail::write_parts(writer, reply);
+    const rc_answer answer = robocomp_set_latest(slot_, operation, writer.bytes());
+    if (answer.status != RC_DONE) return detail::failure(answer);
+    return std::tuple<>{};
+  }
+
+ private:
+  std::size_t slot_;
 };
 
 // The base of a generated publisher.

@@ -1,6 +1,7 @@
 // The exceptions of calls, and those by which a worker changes the state of its component.
 #pragma once
 
+#include <chrono>
 #include <exception>
 #include <ostream>
 #include <string>
@@ -56,6 +57,18 @@ class QueueFull final : public CallError { using CallError::CallError; };
 class Refused final : public CallError { using CallError::CallError; };
 // The server does not serve the slot in its present state.
 class Unavailable final : public CallError { using CallError::CallError; };
+// No sample of the topic has come yet.
+class NoValue final : public CallError { using CallError::CallError; };
+// The value is older than its slot allows, which has `stale refuse`.
+class Stale final : public CallError {
+ public:
+  Stale(std::string text, std::chrono::nanoseconds age) : CallError(std::move(text)), age_(age) {}
+  // Its age.
+  std::chrono::nanoseconds age() const { return age_; }
+
+ private:
+  std::chrono::nanoseconds age_;
+};
 // This component stops, so it starts no queries.
 class Stopping final : public CallError { using CallError::CallError; };
 // An argument breaks a bound or a range of the IDSL.
@@ -101,6 +114,9 @@ inline std::exception_ptr failure(const rc_answer& answer) {
     case RC_QUEUE_FULL: return std::make_exception_ptr(QueueFull(reason));
     case RC_REFUSED: return std::make_exception_ptr(Refused(reason));
     case RC_UNAVAILABLE: return std::make_exception_ptr(Unavailable(reason));
+    case RC_NO_VALUE: return std::make_exception_ptr(NoValue(reason));
+    case RC_STALE:
+      return std::make_exception_ptr(Stale(reason, std::chrono::nanoseconds(answer.number)));
     case RC_STOPPING: return std::make_exception_ptr(Stopping(reason));
     case RC_INVALID_ARGUMENT: return std::make_exception_ptr(InvalidArgument(reason));
     case RC_MALFORMED_REPLY: return std::make_exception_ptr(MalformedReply(reason));

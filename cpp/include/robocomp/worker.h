@@ -173,6 +173,27 @@ detail::Function handler(Result (Generic::*function)(Parameters...)) {
   };
 }
 
+// The table's function for the handler of a collection: reads an age and a value for each topic.
+template <class Generic, class... Values>
+detail::Function collected(void (Generic::*function)(Fresh<Values>...)) {
+  return [function](Worker& worker, detail::Call& call) {
+    std::tuple<Fresh<Values>...> all;
+    const auto read = [&](auto& fresh) {
+      std::int64_t age = 0;
+      std::vector<std::uint8_t> body;
+      call.body.get(age);
+      call.body.get(body);
+      fresh.freshness = detail::freshness(age);
+      detail::Reader reader({body.data(), body.size()});
+      detail::read_parts(reader, fresh.value);
+    };
+    std::apply([&](auto&... fresh) { (read(fresh), ...); }, all);
+    std::apply(
+        [&](auto&... fresh) { (static_cast<Generic&>(worker).*function)(std::move(fresh)...); },
+        all);
+  };
+}
+
 // The table's function for a function that takes nothing: of a state, or an action.
 template <class Generic>
 detail::Function hook(void (Generic::*function)()) {

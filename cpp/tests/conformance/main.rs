@@ -10,7 +10,7 @@ use std::process::Command;
 
 /// Returns whether the component could be built.
 fn conforms(over: Over) -> bool {
-    let package = package::package(over);
+    let package = package::package("every_type", over);
     let is_built = package.is_some();
     if let Some(package) = package {
         rc_other_end::conforms(
@@ -25,7 +25,7 @@ fn conforms(over: Over) -> bool {
 /// A worker that crashes says where, and its callers hear of it.
 fn a_crash_names_its_function(over: Over) {
     const CRASHES: i32 = 12;
-    let package = package::package(over).expect("it was built before");
+    let package = package::package("every_type", over).expect("it was built before");
     let mut other = OtherEnd::start(Network::new("cpp", over), package);
     let backend = other.network.join("crash");
     let answer = rc_other_end::client(&other, &*backend).fail(CRASHES);
@@ -123,4 +123,31 @@ fn a_component_in_cpp_conforms_over_dds() {
 #[test]
 fn a_component_in_cpp_conforms_over_ros2() {
     conforms(Over::ros2(179));
+}
+
+fn ages(over: Over, carries_ages: bool) {
+    if package::package("aged", over).is_none() {
+        return;
+    }
+    let network = Network::new("cpp-aged", over);
+    rc_other_end::ages(&network, carries_ages, &|battery| {
+        let mut package = package::package("aged", over).expect("it was built before");
+        package.command.env("AGED_BATTERY", battery);
+        package
+    });
+}
+
+#[test]
+fn values_in_cpp_know_their_age_over_iceoryx2() {
+    ages(Over::iceoryx2(), true);
+}
+
+#[test]
+fn values_in_cpp_know_their_age_over_dds() {
+    ages(Over::dds(184), false);
+}
+
+#[test]
+fn values_in_cpp_know_their_age_over_ros2() {
+    ages(Over::ros2(185), false);
 }

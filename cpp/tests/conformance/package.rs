@@ -1,4 +1,4 @@
-//! The component `every_type` in C++.
+//! The components of the tests in C++.
 
 use rc_codegen::{FileLoader, Project, generate};
 use rc_diagnostics::{Diagnostics, SourceMap};
@@ -9,25 +9,27 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-/// The component.
-const COMPONENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/every_type");
+/// The folder of the components.
+const COMPONENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests");
 
 /// Held by the test that builds. The programs for all middlewares have the same worker and the same
 /// interfaces, which the first build compiles.
 static BUILD: Mutex<()> = Mutex::new(());
 
-/// Where the program is built.
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("every type")
+/// Where a program is built, in a path with a space.
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name.replace('_', " "))
 }
 
-/// Generates and builds the component. `None` without cmake or a compiler: the test is listed as
+/// Generates and builds a component. `None` without cmake or a compiler: the test is listed as
 /// skipped.
-pub(crate) fn package(over: Over) -> Option<Package> {
-    let test = format!("conformance of C++ over {}", over.name());
+pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
+    let test = format!("{name} in C++ over {}", over.name());
     let cmake = cmake::folder(&test)?;
     let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let cdsl = Path::new(COMPONENT).join("every_type.cdsl");
+    let cdsl = Path::new(COMPONENTS)
+        .join(name)
+        .join(format!("{name}.cdsl"));
     let right = |found: Diagnostics| assert!(!found.has_errors(), "{found:?}");
     let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
     right(found);
@@ -35,12 +37,12 @@ pub(crate) fn package(over: Over) -> Option<Package> {
     let (files, found) = generate::component(&project, over.backend, "").expect("templates");
     right(found);
     let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
-    // A path with a space.
-    let folder = folder();
+    let folder = folder(name);
     files.write(&folder).expect("to write");
-    for file in ["specificworker.h", "specificworker.cpp", "values.h"] {
-        let from = Path::new(COMPONENT).join("src").join(file);
-        copy(&from, &folder.join("src").join(file));
+    let own = Path::new(COMPONENTS).join(name).join("src");
+    for file in std::fs::read_dir(own).expect("a folder") {
+        let file = file.expect("a file");
+        copy(&file.path(), &folder.join("src").join(file.file_name()));
     }
     let run = |args: &[&std::ffi::OsStr]| {
         let output = Command::new(cmake.join("cmake")).args(args).output();
@@ -67,14 +69,14 @@ pub(crate) fn package(over: Over) -> Option<Package> {
         &set("CMAKE_CXX_FLAGS", Path::new(strict)),
     ]);
     // The linker must not write into a program that runs, which is the same file.
-    let linked = build.join("every_type");
+    let linked = build.join(name);
     let _ = std::fs::remove_file(&linked);
     run(&["--build".as_ref(), build.as_os_str()]);
     let main = std::fs::read_to_string(folder.join("generated/main.cpp")).expect("a program");
     let description = main.split("R\"rc_json(").nth(1).expect("a description");
     let description = description.split(")rc_json\"").next().expect("its end");
     let mut description: Value = serde_json::from_str(description).expect("JSON");
-    let program = build.join(format!("every_type_{}", over.name()));
+    let program = build.join(format!("{name}_{}", over.name()));
     // An earlier test may still run it.
     let _ = std::fs::remove_file(&program);
     // A copy could not be started while another thread starts a program: its child has the file open.

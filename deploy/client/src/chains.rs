@@ -99,7 +99,8 @@ impl RecordedChain {
             worst_hops,
             ..
         } = self;
-        let times = |worst: f64, of: &dyn Fn(&Trace) -> f64| times(&traces, worst, of);
+        let times =
+            |worst: f64, of: &dyn Fn(&Trace) -> f64| Times::of(traces.iter().map(of), worst);
         let hops = counted.hops.iter().enumerate().map(|(at, hop)| {
             let worst = worst_hops.get(at).copied().unwrap_or_default();
             let of = |which: usize| times(worst[which], &|t| all_of(&t.hops[at])[which]);
@@ -154,21 +155,6 @@ fn combined(one: &ChainStatus, other: &ChainStatus, count: fn(u64, u64) -> u64) 
 /// The sum of the parts at a component, and they.
 fn all_of(part: &[f64; 3]) -> [f64; 4] {
     [part.iter().sum(), part[0], part[1], part[2]]
-}
-
-/// Median and percentile of what `of` takes of the messages; none without messages.
-fn times(traces: &VecDeque<Trace>, worst: f64, of: &dyn Fn(&Trace) -> f64) -> Option<Times> {
-    let mut all: Vec<f64> = traces.iter().map(of).collect();
-    let last = all.len().checked_sub(1)?;
-    let mut at = |part: f64| {
-        let place = (last as f64 * part).round() as usize;
-        *all.select_nth_unstable_by(place, f64::total_cmp).1
-    };
-    Some(Times {
-        p50_ms: at(0.5),
-        p99_ms: at(0.99),
-        worst_ms: worst,
-    })
 }
 
 /// Milliseconds for people.

@@ -295,6 +295,9 @@ fn slot_line<'t>(model: &Model, slot: &SlotStatus, per_second: Option<Rate>) -> 
             facts += &format!(", {:.0} % of its uses fresh", 100.0 * rate);
         }
         facts += &format!(", {} cached", freshness.cached);
+        if freshness.unmatched > 0 {
+            facts += &format!(", {} without a match", freshness.unmatched);
+        }
     }
     vec![
         Span::styled(slot.name.clone(), strong()),

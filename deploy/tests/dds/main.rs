@@ -7,6 +7,7 @@
 
 mod adapted;
 mod called;
+mod chains;
 mod cpp_worker;
 mod hosts;
 mod inner_model;

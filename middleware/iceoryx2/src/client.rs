@@ -442,6 +442,10 @@ impl Client for SharedClient {
         })
     }
 
+    fn replies_have_ages(&self) -> bool {
+        true
+    }
+
     fn peers(&self) -> usize {
         usize::from(self.has_server())
     }

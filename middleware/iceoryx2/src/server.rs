@@ -204,7 +204,13 @@ impl Replies {
         } else {
             Encoding::Cdr
         };
-        let header = MessageHeader::new(Header { encoding, ..header });
+        // A reply has the time of its request, less the age of its value.
+        let sent = header.sent.saturating_sub(reply.age);
+        let header = MessageHeader::new(Header {
+            encoding,
+            sent,
+            ..header
+        });
         match reply.loan.filter(|_| reply.loan_is_reply) {
             Some(mut loan) => {
                 *loan.user_header_mut() = header;
@@ -262,6 +268,8 @@ struct SharedReply<'a> {
     /// The state for sending the reply to a query later.
     later: Option<(Header, &'a Arc<Replies>)>,
     is_deferred: bool,
+    /// The age of its value.
+    age: u64,
 }
 
 impl<'a> SharedReply<'a> {
@@ -274,6 +282,7 @@ impl<'a> SharedReply<'a> {
             loan_is_reply: false,
             later: None,
             is_deferred: false,
+            age: 0,
         }
     }
 }
@@ -298,6 +307,10 @@ impl DeferredReply for SharedDeferred {
 impl Reply for SharedReply<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
         self.body
+    }
+
+    fn set_age(&mut self, age: Duration) {
+        self.age = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
     }
 
     fn can_loan(&self, _: Encoding) -> bool {

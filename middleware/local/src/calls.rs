@@ -1,13 +1,14 @@
 //! Commands and queries.
 
-use crate::body::{Body, Pool};
+use crate::body::Pool;
 use crate::hub::{self, QUEUE_LIMIT, Table, lock};
+use crate::reply::{Answer, LocalReply, ReplyState, Ticket};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::{Awaiting, Look, StartedCalls};
 use rc_middleware::{
-    CallError, Client, DeferredReply, Encoding, Endpoint, Environment, Header, Message, OpenError,
-    QueueGauge, ReceiveError, Reply, Server, SharedValue, WakeEvent, wait,
+    CallError, Client, Endpoint, Environment, Header, Message, OpenError, QueueGauge, ReceiveError,
+    Reply, Server, SharedValue, WakeEvent, wait,
 };
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -70,44 +71,6 @@ impl Content {
             Self::Copied(body) => body.capacity(),
             Self::Value(value) => value.memory(),
         }
-    }
-}
-
-/// The server's side of a call that waits. Dropping it without a reply ends the call.
-struct Ticket {
-    slot: Arc<Mutex<ReplyState>>,
-    signal: WakeEvent,
-}
-
-#[derive(Default)]
-enum ReplyState {
-    #[default]
-    Pending,
-    Ready(Answer),
-    Dropped,
-}
-
-/// The reply of a server.
-enum Answer {
-    Copied(Vec<u8>),
-    /// In memory of the server, in this encoding.
-    Lent(Arc<Body>, Encoding),
-    Value(SharedValue),
-}
-
-impl Ticket {
-    fn resolve(&self, state: ReplyState) {
-        let mut slot = lock(&self.slot);
-        if matches!(*slot, ReplyState::Pending) {
-            *slot = state;
-            self.signal.wake();
-        }
-    }
-}
-
-impl Drop for Ticket {
-    fn drop(&mut self) {
-        self.resolve(ReplyState::Dropped);
     }
 }
 
@@ -209,26 +172,24 @@ impl LocalClient {
     ) -> Option<Result<(), CallError>> {
         // The lock is not held while `take` runs.
         let state = std::mem::take(&mut *lock(&asked.slot));
-        match state {
-            ReplyState::Ready(Answer::Copied(reply)) => {
-                take(asked.header, Message::Bytes(&reply));
-                Some(Ok(()))
-            }
-            ReplyState::Ready(Answer::Lent(body, encoding)) => {
-                let header = Header {
-                    encoding,
-                    ..asked.header
-                };
+        let (answer, age) = match state {
+            ReplyState::Ready(answer, age) => (answer, age),
+            ReplyState::Dropped => return Some(Err(self.silence(asked.server))),
+            ReplyState::Pending => return None,
+        };
+        // A reply has the time of its request, less the age of its value.
+        let age = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
+        let mut header = asked.header;
+        header.sent = header.sent.saturating_sub(age);
+        match answer {
+            Answer::Copied(reply) => take(header, Message::Bytes(&reply)),
+            Answer::Lent(body, encoding) => {
+                header.encoding = encoding;
                 take(header, Message::Bytes(body.bytes()));
-                Some(Ok(()))
             }
-            ReplyState::Ready(Answer::Value(value)) => {
-                take(asked.header, Message::Value(value.into()));
-                Some(Ok(()))
-            }
-            ReplyState::Dropped => Some(Err(self.silence(asked.server))),
-            ReplyState::Pending => None,
+            Answer::Value(value) => take(header, Message::Value(value.into())),
         }
+        Some(Ok(()))
     }
 
     /// Puts a request into the queue. Returns the server that will reply.
@@ -400,6 +361,10 @@ impl Client for LocalClient {
         })
     }
 
+    fn replies_have_ages(&self) -> bool {
+        true
+    }
+
     fn peers(&self) -> usize {
         usize::from(lock(&self.state).server.is_some())
     }
@@ -428,93 +393,6 @@ pub(crate) struct LocalServer {
     gauge: QueueGauge,
     /// Memory of replies.
     pool: Pool,
-}
-
-/// Takes a reply: a value, copied, or in memory that the client reads.
-struct LocalReply<'s> {
-    value: Option<SharedValue>,
-    copied: Vec<u8>,
-    pool: &'s mut Pool,
-    lent: Option<(Arc<Body>, Encoding)>,
-    is_lent_sent: bool,
-    /// The request of a query, until its reply is deferred.
-    ticket: Option<Ticket>,
-}
-
-impl<'s> LocalReply<'s> {
-    fn new(pool: &'s mut Pool, ticket: Option<Ticket>) -> Self {
-        Self {
-            value: None,
-            copied: Vec::new(),
-            pool,
-            lent: None,
-            is_lent_sent: false,
-            ticket,
-        }
-    }
-
-    /// Sends the written reply, unless there is none.
-    fn finish(self) {
-        let lent = self.lent.filter(|_| self.is_lent_sent);
-        let answer = match (self.value, lent) {
-            (Some(value), _) => Some(Answer::Value(value)),
-            (None, Some((body, encoding))) => {
-                self.pool.keep(&body);
-                Some(Answer::Lent(body, encoding))
-            }
-            (None, None) => Some(self.copied)
-                .filter(|copied| !copied.is_empty())
-                .map(Answer::Copied),
-        };
-        if let Some((ticket, answer)) = self.ticket.zip(answer) {
-            ticket.resolve(ReplyState::Ready(answer));
-        }
-    }
-}
-
-/// A deferred reply.
-struct LocalDeferred(Ticket);
-
-impl DeferredReply for LocalDeferred {
-    fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
-        let mut pool = Pool::default();
-        let mut reply = LocalReply::new(&mut pool, Some(self.0));
-        write(&mut reply);
-        reply.finish();
-        Ok(())
-    }
-}
-
-impl Reply for LocalReply<'_> {
-    fn body(&mut self) -> &mut Vec<u8> {
-        &mut self.copied
-    }
-
-    fn takes_values(&self) -> bool {
-        true
-    }
-
-    fn send_value(&mut self, value: SharedValue) {
-        self.value = Some(value);
-    }
-
-    fn can_loan(&self, _encoding: Encoding) -> bool {
-        true
-    }
-
-    fn loan(&mut self, length: usize, encoding: Encoding) -> Option<&mut [u8]> {
-        let body = self.pool.take(length)?;
-        let (body, _) = self.lent.insert((body, encoding));
-        Arc::get_mut(body).map(Body::bytes_mut)
-    }
-
-    fn send_loan(&mut self) {
-        self.is_lent_sent = self.lent.is_some();
-    }
-
-    fn defer(&mut self) -> Option<Box<dyn DeferredReply>> {
-        Some(Box::new(LocalDeferred(self.ticket.take()?)))
-    }
 }
 
 impl State {

@@ -7,6 +7,7 @@
 mod body;
 mod calls;
 mod hub;
+mod reply;
 mod topic;
 
 use rc_middleware::{

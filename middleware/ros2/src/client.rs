@@ -463,6 +463,18 @@ impl Client for RosClient {
         Some(self.received.queue.gauge().clone())
     }
 
+    /// Requests to components name the reader of their replies.
+    fn senders(&self) -> Vec<u128> {
+        let services = self.services.iter();
+        let guids = services.map(|service| service.ports.replies.guid);
+        guids.map(u128::from_be_bytes).collect()
+    }
+
+    fn number_there(&self, _: &dyn RequestBody) -> Option<u64> {
+        let number = calls::number(self.number, self.sent + 1);
+        Some(number.unsigned_abs())
+    }
+
     fn peers(&self) -> usize {
         let mut services = self.services.iter();
         usize::from(services.any(|service| !service.ports.servers().is_empty()))

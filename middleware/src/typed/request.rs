@@ -8,6 +8,7 @@ use crate::header::{Encoding, Header};
 use crate::in_place::{self, BEHIND_ENVELOPE, InPlace};
 use crate::rpc::{self, Envelope, Outcome, RequestId};
 use crate::shared_value::{Message, SharedValue};
+use std::time::Duration;
 
 /// Prefix of a reply before the variant `case`.
 #[derive(Clone, Copy)]
@@ -132,6 +133,11 @@ impl<'a> Request<'a> {
             Ok(arguments) => Ok(arguments),
             Err(error) => self.refuse(Outcome::InvalidArgument, format!("`{what}`: {error}")),
         }
+    }
+
+    /// Says how old the value of the reply is, which was there before the request.
+    pub fn set_age(&mut self, age: Duration) {
+        self.reply.set_age(age);
     }
 
     /// Lets `handle` handle a command, whose parameters `read` reads.

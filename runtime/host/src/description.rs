@@ -6,7 +6,7 @@
 use rc_machine::Chart;
 use rc_middleware::Qos;
 use rc_middleware::typed::{self, ReplyVariant};
-use rc_runtime::{Linked, Role};
+use rc_runtime::{Collect, Linked, Role};
 use rc_values::description::Module;
 use rc_values::{Catalog, Pattern, Struct};
 use rc_vocabulary::qos::Policies;
@@ -40,6 +40,8 @@ struct Text {
     #[serde(default)]
     ros_types: Vec<String>,
     #[serde(default)]
+    collects: Vec<CollectText>,
+    #[serde(default)]
     machine: Option<Machine>,
 }
 
@@ -69,6 +71,14 @@ struct OperationText {
     handler: String,
     #[serde(default)]
     in_place: bool,
+}
+
+#[derive(Deserialize)]
+struct CollectText {
+    name: String,
+    handler: String,
+    topics: Vec<(usize, usize)>,
+    within_ns: u64,
 }
 
 /// The state machine of a component.
@@ -101,6 +111,10 @@ pub struct Program {
     pub description: &'static rc_runtime::Description,
     /// The slots, by their numbers.
     pub slots: Vec<Slot>,
+    /// What it collects.
+    pub collects: &'static [Collect],
+    /// The names of the functions that get what was collected, in the same order.
+    pub collected: Vec<String>,
     /// The state machine.
     pub machine: Option<&'static Machine>,
 }
@@ -181,8 +195,12 @@ impl Program {
             converter: Some(&rc_runtime::CONVERTER),
             note: &[],
         };
+        let collects = text.collects.iter().map(|of| read_collect(&slots, of));
+        let collects: Vec<Collect> = collects.collect::<Result<_, _>>()?;
         Ok(Self {
             description: Box::leak(Box::new(description)),
+            collected: text.collects.into_iter().map(|of| of.handler).collect(),
+            collects: collects.leak(),
             slots,
             machine: text.machine.map(|machine| &*Box::leak(Box::new(machine))),
         })
@@ -214,6 +232,23 @@ impl Program {
     pub fn operation(&self, slot: usize, operation: usize) -> Option<&Operation> {
         self.slots.get(slot)?.operations.get(operation)
     }
+}
+
+fn read_collect(slots: &[Slot], of: &CollectText) -> Result<Collect, String> {
+    for (slot, operation) in &of.topics {
+        let topic = slots.get(*slot).filter(|of| of.role == Role::SubscribesTo);
+        if topic.is_none_or(|slot| *operation >= slot.operations.len()) {
+            let name = &of.name;
+            return Err(format!(
+                "the description of collection `{name}`: there is no topic ({slot}, {operation})"
+            ));
+        }
+    }
+    Ok(Collect {
+        name: leak_text(of.name.clone()),
+        topics: of.topics.clone().leak(),
+        within: Duration::from_nanos(of.within_ns),
+    })
 }
 
 fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {

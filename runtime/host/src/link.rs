@@ -6,11 +6,11 @@ use crate::description::{Operation, Program};
 use crate::error::HostError;
 use crate::replies::undecodable;
 use crate::sample::copied;
-use crate::session::with;
+use crate::session::{self, with};
 use crate::wire::{read, write};
 use rc_middleware::typed::{TypedClient, expect_result};
-use rc_middleware::{CallError, DecodeError, Reader, SendError};
-use rc_runtime::Awaited;
+use rc_middleware::{CallError, DecodeError, Fresh, Freshness, Reader, SendError};
+use rc_runtime::{Awaited, Collected, FreshSlot, LatestSlot};
 use rc_values::Value;
 use std::sync::Arc;
 use std::time::Instant;
@@ -128,6 +128,51 @@ pub fn publish_encoded(
         let publisher = session.publisher(slot, operation)?;
         Ok(publisher.publish_with(|writer| writer.raw(sample)))
     })
+}
+
+/// The newest sample of a topic, as the structure of its values, with its age.
+///
+/// # Errors
+/// The outer one: no function of the worker runs. The inner one: there is no sample that may be used.
+pub fn newest(
+    slot: usize,
+    number: usize,
+    operation: &Operation,
+) -> Result<Result<Fresh<Value>, CallError>, HostError> {
+    session::with_core(|core| {
+        FreshSlot::new(core, slot).newest(number, |reader| {
+            read(&operation.request, reader).map_err(undecodable)
+        })
+    })
+}
+
+/// Sets the reply that answers a query from now on, without a handler.
+///
+/// # Errors
+/// The outer one: no function of the worker runs. The inner one: the last reply stays.
+pub fn set_latest(
+    slot: usize,
+    number: usize,
+    reply: Value,
+) -> Result<Result<(), SendError>, HostError> {
+    session::with_core(|core| LatestSlot::new(core, slot).set(number, reply, write))
+}
+
+/// The age of the last reply of a slot. `None` before the first one, and for a slot that keeps no
+/// ages.
+///
+/// # Errors
+/// There is no session, or no such client.
+pub fn freshness(slot: usize) -> Result<Option<Freshness>, HostError> {
+    with(|session| Ok(session.client(slot)?.freshness()))
+}
+
+/// The values of a sample that was collected, with their age.
+///
+/// # Errors
+/// It is not of its type.
+pub fn collected(operation: &Operation, sample: &Collected) -> Result<Fresh<Value>, DecodeError> {
+    sample.read(|reader| read(&operation.request, reader).map_err(undecodable))
 }
 
 /// Calls a query. `result` reads the result, unless there is none.

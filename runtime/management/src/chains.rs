@@ -125,3 +125,20 @@ pub struct Times {
     /// The value of the message that took longest of all.
     pub worst_ms: f64,
 }
+
+impl Times {
+    /// Median and percentile of times, with the longest one ever; none without times.
+    pub fn of(times: impl Iterator<Item = f64>, worst_ms: f64) -> Option<Self> {
+        let mut all: Vec<f64> = times.collect();
+        let last = all.len().checked_sub(1)?;
+        let mut at = |part: f64| {
+            let place = (last as f64 * part).round() as usize;
+            *all.select_nth_unstable_by(place, f64::total_cmp).1
+        };
+        Some(Self {
+            p50_ms: at(0.5),
+            p99_ms: at(0.99),
+            worst_ms,
+        })
+    }
+}

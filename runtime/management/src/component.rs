@@ -489,6 +489,9 @@ pub struct FreshnessStatus {
     pub cached: u64,
     /// Values that were not used because they were too old.
     pub refused: u64,
+    /// Samples that were to be collected, and left without a match.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unmatched: u64,
 }
 
 /// Counts of the conversions of a slot.

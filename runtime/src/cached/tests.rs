@@ -22,6 +22,8 @@ struct Server {
     refuses: Cell<bool>,
     throws: Cell<bool>,
     fails: Cell<bool>,
+    /// How old its values are, in milliseconds.
+    age: Cell<u64>,
 }
 
 /// A port whose server doubles a number and adds the number of calls, in some time.
@@ -67,8 +69,14 @@ impl Client for Port {
                 writer.put(&(2 * number + 100 * server.calls.get() as i32));
             }
         }
-        take(header, &writer.into_bytes());
+        let age = Duration::from_millis(server.age.get());
+        let sent = header.sent - nanoseconds(age);
+        take(Header { sent, ..header }, &writer.into_bytes());
         Ok(())
+    }
+
+    fn replies_have_ages(&self) -> bool {
+        true
     }
 
     fn start(&mut self, _: Header, _: &dyn RequestBody, _: Duration) -> Result<(), CallError> {
@@ -314,4 +322,20 @@ fn what_counts_as_fresh_bounds_what_is_kept_for_those_who_refuse() {
     assert_eq!(bench.call(1), Ok(102));
     bench.pass(1);
     assert_eq!(bench.call(1), Ok(202));
+}
+
+#[test]
+fn a_value_that_was_there_before_its_call_is_older() {
+    let mut bench = Bench::new(50, 80, Stale::Refuse);
+    bench.server.age.set(40);
+    assert_eq!(bench.call(1), Ok(102));
+    assert_eq!(bench.last(), Some((Made::Computed, 40, true)));
+    bench.pass(20);
+    assert_eq!(bench.call(1), Ok(102));
+    assert_eq!(bench.last(), Some((Made::Cached, 60, true)));
+    // The kept one is too old, and that of the server is older.
+    bench.pass(25);
+    bench.server.age.set(90);
+    let age = Duration::from_millis(90);
+    assert_eq!(bench.call(1), Err(CallError::Stale { age }));
 }

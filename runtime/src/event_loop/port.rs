@@ -239,7 +239,7 @@ fn keep(
     let arrival = inputs
         .borrow_mut()
         .arrive(limits, (made, now), header.encoding, &body);
-    if let (Some(counts), true) = (arrival.new, qos.fresh.is_some()) {
+    if let Some(counts) = arrival.new {
         core.shared.status().fresh.push((slot.described, counts));
     }
     if !arrival.is_handled {

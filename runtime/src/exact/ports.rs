@@ -236,6 +236,14 @@ impl Client for Calling {
         self.port.awaiting()
     }
 
+    fn senders(&self) -> Vec<u128> {
+        self.port.senders()
+    }
+
+    fn number_there(&self, request: &dyn RequestBody) -> Option<u64> {
+        self.port.number_there(request)
+    }
+
     fn peers(&self) -> usize {
         peers(&self.recorder, self.slot, 0, self.port.peers())
     }
@@ -408,6 +416,10 @@ struct Replying<'a>(&'a mut dyn Reply);
 impl Reply for Replying<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
         self.0.body()
+    }
+
+    fn set_age(&mut self, age: Duration) {
+        self.0.set_age(age);
     }
 
     fn profile(&self) -> Profile {

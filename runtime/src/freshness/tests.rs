@@ -194,6 +194,7 @@ fn the_status_has_the_four_metrics() {
             uses: 2,
             cached: 1,
             refused: 0,
+            unmatched: 0,
         }
     );
     assert_eq!(counts.status(900 * MS).timeliness, Some(0.0));
@@ -223,4 +224,42 @@ fn a_value_of_two_is_as_old_as_the_older_one() {
         let both = Fresh::new(1, of(one, 5, true)).with(Fresh::new(2, of(other, 9, false)));
         assert_eq!(both, Fresh::new((1, 2), of(expected, 9, false)));
     }
+}
+
+#[test]
+fn samples_without_a_match_are_counted_at_their_slot() {
+    let collects = [Collect {
+        name: "both",
+        topics: &[(3, 0), (4, 0)],
+        within: Duration::from_millis(1),
+    }];
+    let mut inputs = Inputs::default();
+    let mut come = |place: usize, at: u64| {
+        let topic = collects[0].topics[place];
+        let limits = Limits {
+            topic,
+            fresh: None,
+            stale: Stale::Inform,
+        };
+        let body = Body::Borrowed(&[]);
+        let arrival = inputs.arrive(limits, (at * MS, at * MS), Encoding::Cdr, &body);
+        let sample = Collected {
+            at: at * MS,
+            limit: None,
+            refuses: false,
+            freshness: arrival.freshness,
+            sample: StoredSample::Bytes(Encoding::Cdr, Vec::new()),
+        };
+        let matched = inputs.collect(&collects, (0, place), 2, (sample, at * MS));
+        (arrival.new, matched.is_some())
+    };
+    let scans = come(0, 10).0.expect("the counts of a slot");
+    let poses = come(1, 20).0.expect("the counts of another slot");
+    assert!(come(0, 20).1);
+    // Two of the first topic wait, and the third one takes the place of the oldest one.
+    for at in [30, 40, 50] {
+        assert!(!come(0, at).1);
+    }
+    let unmatched = [scans, poses].map(|counts| counts.status(0).unmatched);
+    assert_eq!(unmatched, [2, 0]);
 }

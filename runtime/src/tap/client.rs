@@ -21,7 +21,8 @@ pub(crate) struct TappedClient {
 
 impl TappedClient {
     fn note_request(&self, header: Header, request: &dyn RequestBody) {
-        self.hops.called(self.slot, &header, request);
+        let number = || self.port.number_there(request);
+        self.hops.called(self.slot, &header, request, number);
         // A request that cannot be written fails when it is sent.
         if self.taps.is_on(self.slot)
             && let Ok(body) = request_body::buffer(request)
@@ -123,6 +124,10 @@ impl Client for TappedClient {
 
     fn awaiting(&self) -> Option<Awaiting<'_>> {
         self.port.awaiting()
+    }
+
+    fn replies_have_ages(&self) -> bool {
+        self.port.replies_have_ages()
     }
 
     fn peers(&self) -> usize {

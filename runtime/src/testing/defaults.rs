@@ -129,6 +129,18 @@ impl Client for DefaultingClient {
     }
 
     /// At least one: the calls of the worker get replies.
+    fn replies_have_ages(&self) -> bool {
+        self.port.replies_have_ages()
+    }
+
+    fn senders(&self) -> Vec<u128> {
+        self.port.senders()
+    }
+
+    fn number_there(&self, request: &dyn RequestBody) -> Option<u64> {
+        self.port.number_there(request)
+    }
+
     fn peers(&self) -> usize {
         self.port.peers().max(1)
     }

@@ -2,12 +2,14 @@
 //! another language at the other end: every pattern, every type and every error, over each
 //! middleware.
 
+mod ages;
 mod calls;
 mod network;
 mod process;
 mod topics;
 mod values;
 
+pub use ages::ages;
 pub use calls::client;
 pub use network::{Network, Over};
 pub use process::{OtherEnd, Package};

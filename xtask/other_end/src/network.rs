@@ -99,6 +99,11 @@ impl Network {
         arguments
     }
 
+    /// The argument that binds a slot of a component to an address of this network.
+    pub(crate) fn bind(&self, slot: &str, to: &str) -> String {
+        format!("{slot}={}/{to}", self.name)
+    }
+
     /// Joins it.
     ///
     /// # Panics

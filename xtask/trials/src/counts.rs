@@ -203,7 +203,7 @@ fn row(at: usize, share: f64) -> (Row, fn(usize) -> usize) {
     (row, |messages| messages.max(1))
 }
 
-fn is_installed(program: &str) -> bool {
+pub(crate) fn is_installed(program: &str) -> bool {
     let version = Command::new(program)
         .arg("--version")
         .stdout(Stdio::null())
@@ -213,13 +213,13 @@ fn is_installed(program: &str) -> bool {
 }
 
 /// `strace` that is attached to one process.
-struct Trace {
+pub(crate) struct Trace {
     strace: Running,
     file: PathBuf,
 }
 
 impl Trace {
-    fn start(pid: u32, folder: &Path) -> Result<Self, Failure> {
+    pub(crate) fn start(pid: u32, folder: &Path) -> Result<Self, Failure> {
         let file = folder.join(format!("strace.{pid}"));
         let mut command = Command::new("strace");
         command
@@ -241,7 +241,7 @@ impl Trace {
     }
 
     /// Detaches. Returns the number of kernel calls.
-    fn end(mut self) -> Result<f64, Failure> {
+    pub(crate) fn end(mut self) -> Result<f64, Failure> {
         kill_process(Pid::from_child(&self.strace.0), Signal::INT)?;
         if !self.strace.ended_within(TOOL) {
             return Err("strace does not end".into());

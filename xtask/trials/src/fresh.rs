@@ -1,8 +1,11 @@
-//! `cargo xtask bench fresh`: what kept values save over shared memory, and what chains cost in a check.
+//! `cargo xtask bench fresh`: what kept values save over shared memory, and what chains cost: a message,
+//! the supervisor, and a check.
 //!
 //! A client and a server are components of this process, each with a thread of its own. Blocks of a
 //! query, of one that is answered from its last reply, of one that a handler answers, and of one that
 //! the last value answers, take turns.
+
+mod followed;
 
 use crate::bench::machine;
 use crate::figure::{Figure, table};
@@ -242,9 +245,6 @@ fn network(chains: usize) -> String {
 
 /// How much longer the check of a network with chains takes than of one without.
 fn check(runs: usize, smoke: bool) -> Result<f64, Failure> {
-    let mut words = vec!["build", "--quiet", "--bin", "rcdeploy"];
-    words.extend((!smoke).then_some("--release"));
-    output(cargo(&words)?, LIMIT)?;
     let profile = if smoke { "debug" } else { "release" };
     let rcdeploy = target()?.join(profile).join("rcdeploy");
     let folder = tempfile::tempdir()?;
@@ -283,14 +283,72 @@ fn check(runs: usize, smoke: bool) -> Result<f64, Failure> {
     Ok(with / without)
 }
 
+/// `cargo xtask soak chains`: a chain over five components, over each middleware, with another host
+/// whose clock is ahead: nothing is reported for so many seconds, then each fault is. Then the bounds
+/// beside 10^6 simulated schedules, and 1,000 changes of two components of which one is killed.
+pub(crate) fn soak(seconds: &str) -> Result<(), Failure> {
+    let length: u64 = seconds.parse()?;
+    for (words, variable) in [
+        (
+            "test -p rc-deploy --test dds chains::ten -- --ignored --nocapture",
+            ("RC_CHAIN_SECONDS", seconds),
+        ),
+        (
+            "test --release -p rc-deploy-network --lib bounds:: -- --nocapture",
+            ("RC_SCHEDULES", "1000000"),
+        ),
+        (
+            "test -p rc-deploy --test all killed_in_a_change -- --nocapture",
+            ("RC_PROPOSAL_NETWORKS", "125"),
+        ),
+    ] {
+        let mut command = cargo(&words.split(' ').collect::<Vec<_>>())?;
+        command.env(variable.0, variable.1);
+        let limit = Duration::from_hours(2) + Duration::from_secs(4 * length);
+        print!("{}", output(command, limit)?);
+    }
+    Ok(())
+}
+
 /// Measures and prints the table; with `smoke`, a little of programs that are not optimised.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     let (blocks, runs) = if smoke { (2, 1) } else { (50, 21) };
+    let programs = ["rcdeploy", "soak_source", "soak_sink"];
+    let mut words = vec!["build", "--quiet"];
+    words.extend(programs.iter().flat_map(|program| ["--bin", program]));
+    words.extend((!smoke).then_some("--release"));
+    output(cargo(&words)?, LIMIT)?;
     println!("{}\n", machine());
+    let followed = followed::messages(blocks)?;
+    let supervisor = followed::supervisor(smoke)?;
     let [query, cached, handled, latest] = queries(blocks)?;
     let chains = check(runs, smoke)?;
     let ratio = |part: f64, whole: f64| format!("{:.3}: {part:.2} and {whole:.2} µs", part / whole);
+    let [alone, on_chain] = followed.times;
+    let calls = followed.calls.map_or_else(
+        || "not measured: `strace` is not installed".to_owned(),
+        |[without, with]| format!("{without:.2} and {with:.2}"),
+    );
+    let equal = |[without, with]: [f64; 2]| (with - without).abs() < 0.1;
     let met = table([
+        Figure {
+            what: "a sample of 64 bytes on a chain, of one that is not",
+            goal: "≤ 1.02",
+            measured: ratio(on_chain, alone),
+            met: on_chain / alone <= 1.02,
+        },
+        Figure {
+            what: "kernel calls of a sample without a chain, and on one",
+            goal: "≤ 0.1 apart",
+            measured: calls,
+            met: followed.calls.is_none_or(equal),
+        },
+        Figure {
+            what: "the supervisor with 2,000 joined messages a second, of a core, less that without chains",
+            goal: "≤ 0.01",
+            measured: format!("{supervisor:.4}"),
+            met: supervisor <= 0.01,
+        },
         Figure {
             what: "a query that is answered from its last reply, of one that is not",
             goal: "≤ 0.05",

@@ -63,6 +63,8 @@ fn main() -> ExitCode {
         ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
         ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
         ["soak", "graph"] => graph::soak().map_err(|e| e.to_string()),
+        ["soak", "chains"] => fresh::soak("600").map_err(|e| e.to_string()),
+        ["soak", "chains", seconds] => fresh::soak(seconds).map_err(|e| e.to_string()),
         ["soak", "world"] => world::soak().map_err(|e| e.to_string()),
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),

@@ -1,4 +1,4 @@
-//! Checks `fresh` and `serve latest` of slots against the periods and the ways of those who send.
+//! Checks `fresh`, `deadline` and `serve latest` of slots against the periods and the ways of those who send.
 
 use super::Port;
 use super::check::ChainCheck;
@@ -11,11 +11,14 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::duration::text_of;
 use std::time::Duration;
 
-/// Reports values that are never fresh, or not in all of a period.
+/// Reports values that are never fresh, or not in all of a period, and deadlines that are missed in each.
 pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
     let projects = network.projects.iter().flatten();
     let mut slots = projects.flat_map(|project| &project.component.slots);
-    let is_asked = slots.any(|slot| slot.whole_qos().fresh.is_some());
+    let is_asked = slots.any(|slot| {
+        let qos = slot.whole_qos();
+        qos.fresh.is_some() || slot.role.is_topic() && qos.deadline.is_some()
+    });
     if !is_asked || network.projects.iter().any(Option::is_none) {
         return;
     }
@@ -29,24 +32,38 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
         let (Some(consumer), Some(provider)) = (consumer, provider) else {
             continue;
         };
-        let Some(fresh) = consumer.whole_qos().fresh else {
+        let ends = (connection.consumer, connection.provider);
+        let (own, offered) = (consumer.whole_qos(), provider.whole_qos());
+        if consumer.role == Role::SubscribesTo {
+            // The publisher offers no longer one than the subscriber asks for.
+            let deadlines = [(consumer, own.deadline), (provider, offered.deadline)];
+            let shortest = deadlines
+                .into_iter()
+                .filter_map(|(slot, at)| Some((at?, slot)));
+            if let Some((deadline, slot)) = shortest.min_by_key(|(deadline, _)| *deadline) {
+                let missed = |from, to| check.missed(from, to, slot, deadline);
+                found.extend(check.topics(ends, &missed));
+            }
+        }
+        let Some(fresh) = own.fresh else {
             continue;
         };
-        let ends = (connection.consumer, connection.provider);
         match consumer.role {
-            Role::SubscribesTo => found.extend(check.topics(ends, consumer, fresh)),
+            Role::SubscribesTo => {
+                let stale = |from, to| check.topic(from, to, consumer, fresh);
+                found.extend(check.topics(ends, &stale));
+            }
             _ => found.extend(check.query(ends.0, consumer, provider, fresh)),
         }
     }
 }
 
 impl ChainCheck<'_> {
-    /// Reports the first topic of a slot whose samples are too old.
+    /// What `report` says of the first topic of a connection of which it says something.
     fn topics(
         &self,
         (consumer, provider): (Endpoint, Endpoint),
-        slot: &Slot,
-        fresh: Duration,
+        report: &dyn Fn(Port, Port) -> Option<Diagnostic>,
     ) -> Option<Diagnostic> {
         let operations = self.network.slot(consumer)?.interface;
         let component = &self.network.projects[consumer.instance]
@@ -59,8 +76,39 @@ impl ChainCheck<'_> {
                 slot: end.slot,
                 operation,
             };
-            self.topic(port(provider), port(consumer), slot, fresh)
+            report(port(provider), port(consumer))
         })
+    }
+
+    /// The shortest period in which a topic is published. `None` if it does not come from `compute`
+    /// alone.
+    fn period(&self, from: Port) -> Option<Duration> {
+        let rates = self.flow.rates(from);
+        let periods = rates.iter().map(|rate| match rate {
+            Rate::Compute(at) => Some(nanoseconds(self.network.periods[*at])),
+            Rate::Handler(..) | Rate::Unknown => None,
+        });
+        let period = periods.collect::<Option<Vec<u64>>>()?.into_iter().min()?;
+        Some(Duration::from_nanos(period))
+    }
+
+    /// Reports a topic whose period is longer than a deadline of its ends.
+    fn missed(&self, from: Port, to: Port, slot: &Slot, deadline: Duration) -> Option<Diagnostic> {
+        let period = self.period(from).filter(|period| *period > deadline)?;
+        let place = self.network.deployment.instances[to.instance].name.span;
+        let message = format!(
+            "each sample of `{}` misses its deadline: it comes every {}, and the deadline is {}",
+            self.network.port_name(to),
+            text_of(period),
+            text_of(deadline)
+        );
+        let warning = Diagnostic::warning("missed-deadline", place, message);
+        let help = format!(
+            "lengthen `deadline` to {}, or shorten the period of `{}`",
+            text_of(period),
+            self.network.deployment.instances[from.instance].path
+        );
+        Some(warning.label(slot.span, "here").help(help))
     }
 
     fn topic(&self, from: Port, to: Port, slot: &Slot, fresh: Duration) -> Option<Diagnostic> {
@@ -80,13 +128,7 @@ impl ChainCheck<'_> {
                     .help("lengthen `fresh` in the .cdsl"),
             );
         }
-        let rates = self.flow.rates(from);
-        let periods = rates.iter().map(|rate| match rate {
-            Rate::Compute(at) => Some(nanoseconds(self.network.periods[*at])),
-            Rate::Handler(..) | Rate::Unknown => None,
-        });
-        let period = periods.collect::<Option<Vec<u64>>>()?.into_iter().min()?;
-        let period = Duration::from_nanos(period);
+        let period = self.period(from)?;
         if period.saturating_add(way) <= fresh {
             return None;
         }

@@ -19,7 +19,7 @@ module Parts
 ";
 
 /// The components: communications, and what stands behind `language`.
-const COMPONENTS: [(&str, &str, &str); 14] = [
+const COMPONENTS: [(&str, &str, &str); 16] = [
     (
         "lidar",
         "publishes ScanPub;",
@@ -78,6 +78,16 @@ const COMPONENTS: [(&str, &str, &str); 14] = [
     (
         "hasty",
         "subscribesTo ScanPub as one { fresh 100us; }, ScanPub as two { fresh 50ms; }, ScanPub as three { fresh 51ms; }; requires Level { fresh 99ms; };",
+        "",
+    ),
+    (
+        "timed",
+        "publishes ScanPub { deadline 40ms; }, ScanPub as slower { deadline 50ms; };",
+        "period 50ms; reactions { compute -> ScanPub.newScan, slower.newScan budget 2ms; };",
+    ),
+    (
+        "strict",
+        "subscribesTo ScanPub as one { deadline 45ms; }, ScanPub as two { deadline 50ms; };",
         "",
     ),
     ("power", "implements Level { serve latest 100ms; };", ""),
@@ -254,6 +264,17 @@ fn chains_that_are_not_there() {
             net.ddsl:3:7: error[broken-chain]: chain `brake`: nothing leads from `lidar.ScanPub.newScan` to `filter.clean.bumped` (optional slot `avoider.Drive.setSpeed` is connected to nothing)
         "#]],
     );
+    // What it passes is optional and absent.
+    check(
+        "lidar filter avoider",
+        &chain(
+            "from lidar.ScanPub.newScan; through avoider.Drive.setSpeed; to filter.clean.bumped;",
+        ),
+        &expect![[r#"
+            net.ddsl:1:110: note[no-provider]: `avoider.Drive` is optional, and no component implements `Parts::Drive`; required here at avoider.cdsl:3:60
+            net.ddsl:3:7: error[broken-chain]: chain `brake`: nothing leads from `lidar.ScanPub.newScan` to `filter.clean.bumped` (optional slot `avoider.Drive.setSpeed` is connected to nothing)
+        "#]],
+    );
     check(
         "lidar filter avoider base",
         &chain("from lidar.ScanPub.newScan; to lidar.ScanPub.newScan;"),
@@ -346,5 +367,17 @@ fn values_that_are_never_fresh_or_not_always() {
         net.ddsl:1:68: warning[always-stale]: the newest sample of `hasty.two.newScan` is too old in every period: it comes every 50ms, and is fresh for 50ms; here at hasty.cdsl:3:66 (lengthen `fresh` to 50200us, or shorten the period of `lidar`)
         net.ddsl:1:68: warning[latest-over-fresh]: the server answers `hasty.Level` with values that are up to 100ms old, and are fresh for 99ms; answers with its last value at power.cdsl:3:31 (shorten `serve latest`, or lengthen `fresh`)
     "#]],
+    );
+}
+
+#[test]
+fn deadlines_that_are_shorter_than_a_period() {
+    let body = "bind strict.one -> timed.ScanPub; bind strict.two -> timed.slower;";
+    check(
+        "timed strict",
+        body,
+        &expect![[r#"
+            net.ddsl:1:68: warning[missed-deadline]: each sample of `strict.one.newScan` misses its deadline: it comes every 50ms, and the deadline is 40ms; here at timed.cdsl:3:30 (lengthen `deadline` to 50ms, or shorten the period of `timed`)
+        "#]],
     );
 }

@@ -57,7 +57,7 @@ fn type_checkers_are_content() {
         .canonicalize()
         .expect("the framework");
     let framework = framework.to_string_lossy();
-    for name in ["everything", "awkward", "arm", "shelf"] {
+    for name in ["everything", "awkward", "arm", "shelf", "aged"] {
         let component = in_python(name, folder.path());
         let run = |program: &str, args: &[&str]| {
             let mut command = Command::new(bin.join(program));

@@ -160,3 +160,16 @@ fn damage_anywhere_costs_a_chunk_at_most() {
         assert!(missing == 0 || !faults.is_none(), "{at}");
     }
 }
+
+#[test]
+fn a_recording_without_hops_has_no_chains() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("none.mcap");
+    write(&path);
+    let error = rc_record::chains::read(&path).expect_err("no chains");
+    let text = error.to_string();
+    assert!(
+        text.contains("none.mcap: the recording has no chains: "),
+        "{text}"
+    );
+}

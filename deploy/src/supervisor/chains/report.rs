@@ -95,17 +95,8 @@ impl Measured {
 
     /// The times that `of` takes of the last messages.
     fn times(&self, worst: i64, of: impl Fn(&Completed) -> i64) -> Option<Times> {
-        let mut all: Vec<i64> = self.last.iter().map(of).collect();
-        let last = all.len().checked_sub(1)?;
-        let mut at = |part: f64| {
-            let (_, value, _) = all.select_nth_unstable((last as f64 * part).round() as usize);
-            milliseconds(*value)
-        };
-        Some(Times {
-            p50_ms: at(0.5),
-            p99_ms: at(0.99),
-            worst_ms: milliseconds(worst),
-        })
+        let times = self.last.iter().map(|message| milliseconds(of(message)));
+        Times::of(times, milliseconds(worst))
     }
 
     /// Status of the chain of `plan`, for tools. `coverage`: the part of the messages that was

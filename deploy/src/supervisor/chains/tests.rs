@@ -420,3 +420,21 @@ fn many_messages_are_followed_in_part_and_none_counts_as_lost() {
     assert!((status.coverage - 102.0 / 202.0).abs() < 1e-4, "{status:?}");
     assert!(status.hops.iter().all(|hop| hop.lost == 0), "{status:?}");
 }
+
+#[test]
+fn a_clock_that_is_set_back_is_estimated_anew_and_no_message_is_late() {
+    let mut network = Network::up();
+    for ahead in [2 * SECOND as i64, -3 * SECOND as i64, 0] {
+        // What was noted by the old clock was taken with its offset.
+        network.round(network.next() + SECOND);
+        network.sent += 40;
+        network.ahead[2] = ahead;
+        network.ahead[3] = ahead;
+        network.usual(100);
+    }
+    network.round(network.next() + SECOND);
+    assert_eq!(network.changed(), []);
+    let last = &network.collector.joiners[0].measured.last;
+    assert_eq!(last.len(), 400);
+    assert!(last.iter().all(|message| message.total == 41 * MS as i64));
+}

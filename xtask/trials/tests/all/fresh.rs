@@ -12,5 +12,5 @@ fn kept_values_and_chains_are_measured() {
     let errors = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{output}{errors}");
     let rows = output.lines().filter(|line| line.contains(" ≤ ")).count();
-    assert_eq!(rows, 3, "{output}");
+    assert_eq!(rows, 6, "{output}");
 }

@@ -50,13 +50,13 @@ impl Worker<Context> for SpecificWorker {
 
 impl BatteryStatus<Context> for SpecificWorker {
     fn get_battery_state(&mut self, ctx: &mut Context) -> Result<TBattery, GetBatteryStateError> {
+        std::thread::sleep(ctx.params.delay);
         if ctx.params.does == "call back"
             && let Err(error) = ctx.other.get_battery_state()
         {
             let what = format!("no answer to its own call: {error}");
             return Err(HardwareFailedException { what }.into());
         }
-        std::thread::sleep(ctx.params.delay);
         Ok(TBattery {
             percentage: ctx.params.level,
             ..TBattery::default()

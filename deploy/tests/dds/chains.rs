@@ -1,0 +1,260 @@
+//! A chain over five components that call each other, over each middleware. Over DDS and ROS 2, three of
+//! them are on another host, whose clock is two seconds ahead. Nothing is late until something is
+//! slow, stands still, or is started again, and then the right component is named.
+
+use crate::remote::component;
+use rc_test_site::other_host;
+use rc_test_site::site::Site;
+use rc_test_support::python::skipped;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// How long each component works, in milliseconds: those behind the one that begins.
+const WORK: [(&str, u64); 5] = [("b", 2), ("c", 4), ("d", 3), ("e", 5), ("f", 2)];
+/// How far the clock of the other host is ahead, in seconds.
+const AHEAD: u32 = 2;
+
+/// Limits and lengths of a run.
+struct Run {
+    name: &'static str,
+    /// The clause of the network.
+    middleware: &'static str,
+    has_other_host: bool,
+    /// In milliseconds: `within`, and by how much one component becomes slower.
+    within: u64,
+    slower: u64,
+    /// How long nothing may be reported.
+    quiet: Duration,
+}
+
+/// Where the messages come from is `a`; it calls `b`, which calls `c`, and so on.
+fn network(site: &Site, run: &Run) -> String {
+    let neighbour = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/programs/neighbour/neighbour.cdsl"
+    );
+    let head = if run.has_other_host {
+        "Host robot { address \"robot\"; };"
+    } else {
+        ""
+    };
+    let mut text = format!(
+        "Deployment {}\n{{\n    {} {head}\n    Component a {{ cdsl \"{neighbour}\"; parameters {{ does \"call\"; }}; }};\n",
+        site.network, run.middleware
+    );
+    let mut before = "a";
+    for (name, work) in WORK {
+        let does = if name == "f" { "" } else { "call back" };
+        let is_away = run.has_other_host && ["d", "e", "f"].contains(&name);
+        let host = if is_away { "host robot; " } else { "" };
+        text += &format!(
+            "    Component {name} {{ cdsl \"{neighbour}\"; {host}restart on_failure backoff 100ms; \
+                 parameters {{ does \"{does}\"; delay {work}ms; }}; }};\n    \
+             bind {before}.other -> {name}.BatteryStatus;\n"
+        );
+        before = name;
+    }
+    // It calls nothing.
+    text + &format!(
+        "    bind f.other -> a.BatteryStatus;\n    \
+             Chain power {{ from a.other.getBatteryState; to f.BatteryStatus.getBatteryState; \
+             within {}ms; }};\n}};\n",
+        run.within
+    )
+}
+
+fn chain(site: &Site) -> Value {
+    let shown = site.rcdeploy(&["chains", &site.network, "--format", "json"], false);
+    assert_eq!(shown.code, 0, "{shown:?}");
+    let document: Value = serde_json::from_str(&shown.stdout).expect("JSON");
+    document["chains"][0].clone()
+}
+
+fn complete(site: &Site) -> u64 {
+    chain(site)["complete"].as_u64().expect("a count")
+}
+
+/// Waits for so many more messages that come to the end.
+fn await_messages(site: &Site, more: u64) {
+    let before = complete(site);
+    Site::until("messages on the chain", || complete(site) >= before + more);
+}
+
+/// The events of the chain so far, each as its code and its text.
+fn events(site: &Site) -> Vec<(String, String)> {
+    let log = site.log("rcdeploy");
+    let lines = log.lines().filter(|line| line.contains("chain `power`"));
+    let codes = ["chain-late", "chain-old", "chain-broken", "chain-in-time"];
+    let found = lines.filter_map(|line| {
+        let code = codes.iter().find(|code| line.contains(**code))?;
+        Some(((*code).to_owned(), line.to_owned()))
+    });
+    found.collect()
+}
+
+/// Waits for an event after the first `known` ones, and returns its text.
+fn await_event(site: &Site, known: usize, code: &str) -> String {
+    let find = || {
+        let all = events(site).into_iter().skip(known);
+        all.into_iter().find(|(of, _)| of == code)
+    };
+    Site::until(code, || find().is_some());
+    find().map(|(_, text)| text).unwrap_or_default()
+}
+
+/// The times of a quiet network are those of the components, and their sum is the whole.
+fn the_times_are_right(site: &Site, run: &Run) {
+    let chain = chain(site);
+    let p50 = |of: &Value| of["p50_ms"].as_f64().expect("a time");
+    let error = chain["uncertainty_ms"].as_f64().expect("an error");
+    assert!(error <= 1.0, "the stated error: {chain}");
+    assert_eq!(error > 0.0, run.has_other_host, "{chain}");
+    assert_eq!(chain["missing"], json!([]), "{chain}");
+    let hops = chain["hops"].as_array().expect("hops");
+    assert_eq!(hops.len(), WORK.len());
+    for (hop, (name, work)) in hops.iter().zip(WORK) {
+        assert_eq!(hop["component"], name);
+        let known = work as f64;
+        assert!(p50(&hop["work"]) >= known - error, "{hop}");
+        assert!(p50(&hop["work"]) < known + 20.0, "{hop}");
+        // Clocks that are apart would be in it.
+        assert!(
+            p50(&hop["way"]) > -error && p50(&hop["way"]) < 100.0,
+            "{hop}"
+        );
+        assert_eq!(hop["lost"], 0, "{hop}");
+        assert_eq!(hop["swapped"], 0, "{hop}");
+    }
+    // Medians of parts are not parts of the median, but near.
+    let sum: f64 = hops.iter().map(|hop| p50(&hop["times"])).sum();
+    let whole = p50(&chain["times"]);
+    assert!((sum - whole).abs() <= 1.0 + 0.2 * whole, "{sum}: {chain}");
+    let shortest: u64 = WORK.iter().map(|(_, work)| work).sum();
+    assert!(whole >= shortest as f64 - error, "{chain}");
+}
+
+fn send(site: &Site, name: &str, signal: Signal) {
+    let pid = component(site, name)["pid"].as_i64();
+    let pid = pid
+        .and_then(|pid| Pid::from_raw(pid as i32))
+        .expect("a process");
+    kill_process(pid, signal).expect("to signal it");
+}
+
+/// Waits until the chain is in time after the first `known` events.
+fn await_in_time(site: &Site, known: usize) {
+    await_event(site, known, "chain-in-time");
+    Site::until("no condition", || chain(site)["conditions"] == json!([]));
+}
+
+fn runs(test: &str, run: &Run) {
+    let site = Site::new(run.name);
+    site.write_ddsl(&network(&site, run));
+    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    up.args(["up", "--build", "--detach", "--profile", "dev"]);
+    up.arg(site.ddsl()).env("CARGO_NET_OFFLINE", "true");
+    up.env("ROS_LOCALHOST_ONLY", "1");
+    if run.has_other_host {
+        let Some(ssh) = other_host::ssh_ahead(&site.path(""), AHEAD) else {
+            return skipped(test, "the system has no clocks of their own for processes");
+        };
+        up.env("RC_SSH", ssh);
+    }
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    Site::until("messages on the chain", || complete(&site) > 20);
+    let begun = Instant::now();
+    await_messages(&site, 50);
+    std::thread::sleep(run.quiet.saturating_sub(begun.elapsed()));
+    assert_eq!(events(&site), [], "false alarms");
+    the_times_are_right(&site, run);
+
+    // One component is slower.
+    let slower = |ms: u64| json!({"changes": {"delay": format!("{ms}ms")}});
+    let work = WORK[2].1;
+    let known = events(&site).len();
+    site.tell("d", "parameters_set", &slower(work + run.slower));
+    let late = await_event(&site, known, "chain-late");
+    assert!(late.contains(" of them at d ("), "{late}");
+    site.tell("d", "parameters_set", &slower(work));
+    await_in_time(&site, known);
+
+    // One stands still, and goes on.
+    let known = events(&site).len();
+    send(&site, "e", Signal::STOP);
+    let broken = await_event(&site, known, "chain-broken");
+    assert!(broken.contains(": e "), "{broken}");
+    send(&site, "e", Signal::CONT);
+    await_in_time(&site, known);
+
+    // One is killed, with the messages that it has, and started again.
+    send(&site, "c", Signal::KILL);
+    let restarts = |at: usize| chain(&site)["hops"][at]["restarts"].as_u64();
+    Site::until("the restart to be seen", || restarts(1) == Some(1));
+    await_messages(&site, 20);
+    // The one that stood still did not answer, so that following it began again, too.
+    for at in [0, 2, 4] {
+        assert_eq!(restarts(at), Some(0), "{}", chain(&site));
+    }
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.await_nothing_left();
+}
+
+/// What a computer that builds and tests at the same time does not exceed.
+const SMOKE: Run = Run {
+    name: "",
+    middleware: "",
+    has_other_host: true,
+    within: 250,
+    slower: 300,
+    quiet: Duration::ZERO,
+};
+const DDS: &str = "middleware dds { domain 186; };";
+const ROS2: &str = "middleware ros2 { domain 187; };";
+
+#[test]
+fn a_chain_over_two_hosts_is_measured_over_dds() {
+    let run = Run {
+        name: "chains_dds",
+        middleware: DDS,
+        ..SMOKE
+    };
+    runs("a_chain_over_two_hosts_is_measured_over_dds", &run);
+}
+
+#[test]
+fn a_chain_over_two_hosts_is_measured_over_ros2() {
+    let run = Run {
+        name: "chains_ros2",
+        middleware: ROS2,
+        ..SMOKE
+    };
+    runs("a_chain_over_two_hosts_is_measured_over_ros2", &run);
+}
+
+/// Ten minutes of each middleware without a false alarm, then 50 ms at one component.
+#[test]
+#[ignore = "`cargo xtask soak chains` runs it: half an hour of a computer that does nothing else"]
+fn ten_minutes_without_a_false_alarm() {
+    let seconds = std::env::var("RC_CHAIN_SECONDS").ok();
+    let seconds = seconds.map_or(600, |text| text.parse().expect("seconds"));
+    let test = "ten_minutes_without_a_false_alarm";
+    for (name, middleware, has_other_host) in [
+        ("chains_long", "middleware iceoryx2;", false),
+        ("chains_long_dds", DDS, true),
+        ("chains_long_ros2", ROS2, true),
+    ] {
+        let run = Run {
+            name,
+            middleware,
+            has_other_host,
+            within: 60,
+            slower: 50,
+            quiet: Duration::from_secs(seconds),
+        };
+        runs(test, &run);
+        println!("{middleware} {seconds} s");
+    }
+}
