@@ -1,7 +1,5 @@
 //! Times in connections: values of their own, and those of changes of frames.
 
-#![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
-
 use crate::meanings::{LIDAR, ROS, SCAN, converted, scan};
 use crate::network::made;
 use expect_test::expect;
