@@ -60,7 +60,7 @@ pub struct Step {
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     all: BTreeMap<PathBuf, (Owner, String)>,
-    /// Those that stay as they are.
+    /// Files that stay as they are.
     kept: BTreeMap<PathBuf, Owner>,
     /// The folder whose files of the user stay.
     folder: Option<PathBuf>,

@@ -2,11 +2,13 @@
 
 use crate::files::Files;
 use crate::project::Project;
+use crate::purpose::Purpose;
 use crate::rust::print::Printer;
+use crate::stubs::{Lacking, Stubs};
 use crate::templates::TemplateError;
 use crate::{cpp, dependencies, python, requirements, rust, stubs, view};
 use rc_cdsl::Component;
-use rc_diagnostics::{Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostics, SourceMap, Span};
 use rc_vocabulary::{Language, Middleware};
 use std::io;
 use std::path::Path;
@@ -28,6 +30,11 @@ pub(crate) struct Generator {
     pub(crate) compare: fn(&Project, Middleware, &Path, &mut Diagnostics) -> io::Result<()>,
     /// Compares the worker that is there with the description.
     pub(crate) worker: fn(&Project, &mut SourceMap, &mut Diagnostics) -> io::Result<()>,
+    /// How the writer of a worker learns which handlers it lacks.
+    pub(crate) stubs: Stubs,
+    /// The pieces of the worker in a folder, each with the location of its name, in the order of the
+    /// text.
+    pub(crate) handlers: fn(&Project, &Path, &mut SourceMap) -> io::Result<Vec<(Purpose, Span)>>,
 }
 
 static RUST: Generator = Generator {
@@ -51,6 +58,8 @@ static RUST: Generator = Generator {
         found.extend(contexts.map_err(io::Error::other)?);
         Ok(())
     },
+    stubs: Stubs::Printed(stubs::lacking),
+    handlers: stubs::handlers,
 };
 
 static PYTHON: Generator = Generator {
@@ -76,6 +85,16 @@ static PYTHON: Generator = Generator {
         found.extend(requirements::compare(&project.component, project.code()).1);
         python::stubs::check(project, sources, found)
     },
+    stubs: Stubs::Printed(|project, folder, sources| {
+        let (missing, found) = python::stubs::of(project, folder, sources)?;
+        let lacking = missing.map(|missing| Lacking {
+            text: missing.text(),
+            hooks: missing.hooks(),
+            total: missing.total(),
+        });
+        Ok((lacking, found))
+    }),
+    handlers: python::places::of,
 };
 
 static CPP: Generator = Generator {
@@ -85,6 +104,11 @@ static CPP: Generator = Generator {
     first_test: "",
     compare: |_, _, _, _| Ok(()),
     worker: |_, _, _| Ok(()),
+    stubs: Stubs::NamedByCompiler(
+        "the compiler names each handler that is missing, a pure virtual function of generated/genericworker.h, \
+         which has its signature",
+    ),
+    handlers: |_, _, _| Ok(Vec::new()),
 };
 
 /// The functions of a language.

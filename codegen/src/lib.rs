@@ -43,6 +43,7 @@ pub mod templates;
 mod type_names;
 pub mod view;
 mod viewer;
+pub mod worker;
 pub mod workspace;
 pub mod world;
 mod world_types;

@@ -8,6 +8,7 @@ use rc_diagnostics::{Diagnostic, SourceMap, Span};
 use rc_files::read;
 use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -128,8 +129,31 @@ pub fn all_shipped() -> impl Iterator<Item = (&'static str, &'static str)> {
 pub struct FileLoader {
     include: Vec<PathBuf>,
     path: Vec<PathBuf>,
-    /// The folder of the file that was asked about last, and the folders of its workspace.
-    workspace: RefCell<Option<(PathBuf, Vec<PathBuf>)>>,
+    workspaces: RefCell<Workspaces>,
+}
+
+/// What the workspaces of importing files add: finding a workspace reads several manifests.
+#[derive(Clone, Debug, Default)]
+struct Workspaces {
+    /// The folders of files, each with those that its workspace adds.
+    folders: HashMap<PathBuf, Vec<PathBuf>>,
+    /// The folder of the file that was asked about last.
+    last: PathBuf,
+}
+
+/// The folders that the workspace of a file in `folder` adds.
+fn added(folder: &Path) -> Vec<PathBuf> {
+    let workspace = Workspace::of(folder).ok().flatten();
+    let mut folders = workspace.map_or_else(Vec::new, |workspace| workspace.search());
+    folders.retain(|dir| dir.is_dir());
+    if folder.is_relative()
+        && let Ok(here) = std::env::current_dir()
+    {
+        for dir in &mut folders {
+            *dir = relative(&here, dir);
+        }
+    }
+    folders
 }
 
 impl FileLoader {
@@ -141,7 +165,7 @@ impl FileLoader {
         Self {
             include: include.iter().filter(|dir| there(dir)).cloned().collect(),
             path: std::env::split_paths(&path).filter(there).collect(),
-            workspace: RefCell::default(),
+            workspaces: RefCell::default(),
         }
     }
 
@@ -149,25 +173,15 @@ impl FileLoader {
     /// that one file has one path. A manifest that cannot be read is reported where code is
     /// generated.
     fn of_workspace(&self, folder: &Path) -> Vec<PathBuf> {
-        let mut last = self.workspace.borrow_mut();
+        let mut known = self.workspaces.borrow_mut();
         // Files that come with this program are imported by the file that was asked about last.
-        if folder != Path::new(SHIPPED_FOLDER)
-            && last.as_ref().is_none_or(|(known, _)| known != folder)
-        {
-            let workspace = Workspace::of(folder).ok().flatten();
-            let mut folders = workspace.map_or_else(Vec::new, |workspace| workspace.search());
-            folders.retain(|dir| dir.is_dir());
-            if folder.is_relative()
-                && let Ok(here) = std::env::current_dir()
-            {
-                for dir in &mut folders {
-                    *dir = relative(&here, dir);
-                }
+        if folder != Path::new(SHIPPED_FOLDER) {
+            folder.clone_into(&mut known.last);
+            if !known.folders.contains_key(folder) {
+                known.folders.insert(folder.to_path_buf(), added(folder));
             }
-            *last = Some((folder.to_path_buf(), folders));
         }
-        last.as_ref()
-            .map_or_else(Vec::new, |(_, folders)| folders.clone())
+        known.folders.get(&known.last).cloned().unwrap_or_default()
     }
 
     /// The folders in which imports of the file `from` are looked for, in order.

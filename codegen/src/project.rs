@@ -13,7 +13,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
 use rc_kinematics::Cell;
 use rc_smdsl::StateMachine;
 use rc_syntax::{Loader, Name, Trivia};
-use rc_vocabulary::Language;
+use rc_vocabulary::{Builder, Language};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -189,9 +189,14 @@ impl Project {
         self.language().unwrap_or(Language::Rust).manifest()
     }
 
-    /// Whether cargo builds it. A component in an unknown language counts as such.
+    /// How its program comes about. A component in an unknown language counts as one in Rust.
+    pub fn builder(&self) -> Builder {
+        self.language().unwrap_or_default().builder()
+    }
+
+    /// Whether cargo builds it.
     pub fn is_built_by_cargo(&self) -> bool {
-        self.language().is_none_or(Language::is_built_by_cargo)
+        self.builder() == Builder::Cargo
     }
 
     /// The oldest version of Python that a component in Python runs on.

@@ -1,6 +1,7 @@
 //! Names and types of a view in Rust, and the layout of its code. A view lists what there is;
 //! the templates in `templates/rust` hold the code.
 
+mod adapter;
 mod asynchronous;
 mod checks;
 mod codecs;

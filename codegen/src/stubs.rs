@@ -14,11 +14,10 @@ use crate::rust::print::Printer;
 use crate::rust::worker::{self, WORKER};
 use crate::rust::worker_traits::WorkerTrait;
 use crate::templates::TemplateError;
-use crate::{dependencies, python, rust, view};
+use crate::{dependencies, rust, view};
 use fits::Types;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
-use rc_vocabulary::Language;
 use serde_json::{Value, json};
 use source::{Block, Code, Method};
 use std::collections::{BTreeMap, BTreeSet};
@@ -173,26 +172,70 @@ pub fn of(
     Ok((Some(missing), found))
 }
 
-/// The pieces of the worker in `src`, each with the location of its name, in the order of the text.
-/// In Rust, these are its `impl`s and functions; in Python, its functions, which are also those of
-/// their slot. Files in other languages have none.
+/// What a worker lacks, in any language.
+pub struct Lacking {
+    /// The text to paste; empty if nothing is missing.
+    pub text: String,
+    /// The functions that it may have and has not, as comments.
+    pub hooks: String,
+    /// The number of handlers that the component needs.
+    pub total: usize,
+}
+
+/// Compares the worker in a folder with the description, which has no answer if a finding is an
+/// error.
+pub type Compare =
+    fn(&Project, &Path, &mut SourceMap) -> Result<(Option<Lacking>, Diagnostics), Error>;
+
+/// How the writer of a worker learns which handlers it lacks.
+#[derive(Clone, Copy)]
+pub enum Stubs {
+    /// `rcgen stubs` prints them.
+    Printed(Compare),
+    /// The compiler of the language names them: how, for people.
+    NamedByCompiler(&'static str),
+}
+
+/// What a worker in Rust lacks.
+///
+/// # Errors
+/// As [`of`].
+pub(crate) fn lacking(
+    project: &Project,
+    folder: &Path,
+    sources: &mut SourceMap,
+) -> Result<(Option<Lacking>, Diagnostics), Error> {
+    let (missing, found) = of(project, folder, sources)?;
+    let Some(missing) = missing else {
+        return Ok((None, found));
+    };
+    let text = if missing.is_empty() {
+        String::new()
+    } else {
+        missing.text()?
+    };
+    let lacking = Lacking {
+        text,
+        hooks: missing.hooks(),
+        total: missing.total(),
+    };
+    Ok((Some(lacking), found))
+}
+
+/// The `impl`s and functions of a worker in Rust, each with the location of its name, in the order of
+/// the text.
 ///
 /// # Errors
 /// The system does not give a file.
-pub fn handlers(project: &Project, sources: &mut SourceMap) -> io::Result<Vec<(Purpose, Span)>> {
-    let src = project.code().join("src");
-    if !src.is_dir() {
-        return Ok(Vec::new());
-    }
-    match project.language() {
-        Some(Language::Rust) => {}
-        Some(Language::Python) => return python::places::of(project, &src, sources),
-        _ => return Ok(Vec::new()),
-    }
+pub(crate) fn handlers(
+    project: &Project,
+    src: &Path,
+    sources: &mut SourceMap,
+) -> io::Result<Vec<(Purpose, Span)>> {
     let (view, _) = view::component::of(project, Middleware::DEFAULT);
     let component = rust::component::of(&view);
     let krate = format!("{}_generated", component.package);
-    let code = source::read(&src, &krate, sources, &mut Diagnostics::new())?;
+    let code = source::read(src, &krate, sources, &mut Diagnostics::new())?;
     let worker = worker(&code);
     let mut pieces = Vec::new();
     for of in &component.implemented {

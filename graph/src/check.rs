@@ -1,11 +1,11 @@
 //! The check of a change at its end, in proportion to what it touched.
 
 use crate::edit::Edit;
-use crate::element::{Attributes, EdgeId, Element, NodeId};
+use crate::element::{EdgeId, Element, NodeId};
 use crate::error::Error;
 use crate::names::Symbol;
 use crate::snapshot::Snapshot;
-use crate::stored::value;
+use crate::stored::{Attributes, value};
 use crate::types::{self, RelationType, TreeOf, Types};
 use crate::value::Value;
 use graph_schema::{Attribute, Kind};

@@ -3,7 +3,7 @@
 use crate::element::{EdgeId, Element, Id, NodeId};
 use crate::names::Symbol;
 use crate::snapshot::Snapshot;
-use crate::stored::value;
+use crate::stored::{Attributes, value};
 
 /// One difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl Snapshot {
         let (Ok(new), Ok(old)) = (self.attributes(element), older.attributes(element)) else {
             return;
         };
-        let symbols = |attributes: &crate::element::Attributes| -> Vec<Symbol> {
+        let symbols = |attributes: &Attributes| -> Vec<Symbol> {
             let all = attributes.iter().flat_map(|all| all.iter());
             all.map(|(symbol, _)| *symbol).collect()
         };

@@ -1,7 +1,7 @@
 //! Nodes and edges as the pages hold them.
 
 use crate::names::Symbol;
-use crate::stored::Stored;
+use crate::stored::Attributes;
 use innermodel::NodeId as Frame;
 use std::sync::Arc;
 
@@ -63,9 +63,6 @@ impl From<EdgeId> for Element {
         Self::Edge(edge)
     }
 }
-
-/// Attributes, in the order of their symbols.
-pub(crate) type Attributes = Option<Arc<[(Symbol, Stored)]>>;
 
 /// All of a node that changes often.
 #[derive(Clone, Debug)]

@@ -1,12 +1,10 @@
 //! One version of the graph. It never changes, so its readers need no lock.
 
 use crate::Time;
-use crate::element::{
-    Attributes, Edge, EdgeId, Element, Half, Id, Lists, NONE, Node, NodeId, Place,
-};
+use crate::element::{Edge, EdgeId, Element, Half, Id, Lists, NONE, Node, NodeId, Place};
 use crate::error::Error;
 use crate::names::{Named, Names, Symbol};
-use crate::stored::{stored, value};
+use crate::stored::{Attributes, stored, value};
 use crate::types::Types;
 use crate::value::Value;
 use graph_pages::{Ids, Pages};

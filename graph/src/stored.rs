@@ -1,12 +1,14 @@
 //! Values as elements hold them. A value that several attributes have in their representations is
 //! there once, with those that somebody has asked for.
 
-use crate::element::Attributes;
 use crate::names::Symbol;
 use crate::value::Value;
 use once_cell::race::OnceBox;
 use std::fmt;
 use std::sync::Arc;
+
+/// Attributes, in the order of their symbols.
+pub(crate) type Attributes = Option<Arc<[(Symbol, Stored)]>>;
 
 /// A value of an element.
 #[derive(Clone, Debug)]

@@ -25,7 +25,7 @@ pub enum Value {
     Floats(Arc<[f64]>),
     /// Texts.
     Texts(Arc<[Arc<str>]>),
-    /// What is too large for a graph, where it is published.
+    /// A value that is too large for a graph: a sample of a topic.
     Sample(Arc<Sample>),
 }
 

@@ -2,7 +2,7 @@
 //! the middleware.
 
 use crate::cdr::EncodeError;
-use crate::shared_value::SharedValue;
+use crate::shared_value::{HeldValue, SharedValue};
 
 /// The body of a request, which a backend copies or writes into its own memory.
 pub trait RequestBody {
@@ -94,6 +94,25 @@ impl<F: Fn(&mut [u8]) -> Result<(), EncodeError>> RequestBody for Written<'_, F>
 
     fn write_into(&self, memory: &mut [u8]) -> Result<(), EncodeError> {
         (self.write)(memory)
+    }
+}
+
+/// A request that is sent as a value.
+impl RequestBody for HeldValue {
+    fn length(&self) -> usize {
+        self.len()
+    }
+
+    fn begin(&self) -> &[u8] {
+        self.envelope()
+    }
+
+    fn write_into(&self, memory: &mut [u8]) -> Result<(), EncodeError> {
+        self.bytes().write_into(memory)
+    }
+
+    fn value(&self) -> Option<SharedValue> {
+        self.share()
     }
 }
 

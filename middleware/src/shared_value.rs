@@ -7,7 +7,6 @@
 
 use crate::cdr::{EncodeError, Reader, Writer, allocation};
 use crate::header::Encoding;
-use crate::request_body::RequestBody;
 use crate::rpc::{ENVELOPE_OF_VALUES, Envelope, IDENTITY};
 use crate::typed::{Put, Returned};
 use std::any::Any;
@@ -45,15 +44,15 @@ trait Body: Any + Send + Sync {
 }
 
 struct Typed<T> {
-    /// Of a call.
+    /// `None` for a sample.
     envelope: Option<Envelope>,
     value: T,
     write: fn(&T, &mut Writer<'_>),
-    /// Of envelope and value, encoded.
+    /// Length of envelope and value, encoded.
     length: usize,
-    /// Of the value, in bytes, without its encoding.
+    /// Memory of the value in bytes, without its encoding.
     memory: usize,
-    /// Of the sender.
+    /// The encoding, once the sender needs it.
     bytes: OnceLock<Vec<u8>>,
 }
 
@@ -191,9 +190,9 @@ impl std::fmt::Debug for SharedValue {
 /// The size of a message, in bytes.
 #[derive(Clone, Copy)]
 struct Size {
-    /// Of envelope and value, encoded.
+    /// Length of envelope and value, encoded.
     length: usize,
-    /// Of the value's memory.
+    /// Memory of the value.
     memory: usize,
 }
 
@@ -332,7 +331,7 @@ impl HeldValue {
     }
 
     /// The value for another receiver, once.
-    fn share(&self) -> Option<SharedValue> {
+    pub(crate) fn share(&self) -> Option<SharedValue> {
         self.value.take()
     }
 
@@ -344,25 +343,6 @@ impl HeldValue {
         }
         self.value.set(Some(value));
         None
-    }
-}
-
-/// A request that is sent as a value.
-impl RequestBody for HeldValue {
-    fn length(&self) -> usize {
-        self.length
-    }
-
-    fn begin(&self) -> &[u8] {
-        self.envelope()
-    }
-
-    fn write_into(&self, memory: &mut [u8]) -> Result<(), EncodeError> {
-        self.bytes().write_into(memory)
-    }
-
-    fn value(&self) -> Option<SharedValue> {
-        self.share()
     }
 }
 

@@ -17,7 +17,7 @@ pub struct Awaiting<'c> {
 
 /// The state of a started call, as a client found it.
 #[derive(Debug, PartialEq)]
-pub enum Look {
+pub enum StartedState {
     /// Its reply may still come.
     Pending,
     /// It has ended.
@@ -108,7 +108,7 @@ impl<T> StartedCalls<T> {
         &mut self,
         address: &str,
         is_stopping: bool,
-        mut look: impl FnMut(u64, &mut T) -> Look,
+        mut look: impl FnMut(u64, &mut T) -> StartedState,
     ) -> Option<(u64, T, Result<(), CallError>)> {
         let mut ended = None;
         for (sequence, call) in &mut self.calls {
@@ -139,21 +139,21 @@ impl<T> StartedCalls<T> {
 impl<T> StartedCall<T> {
     fn result(
         &mut self,
-        look: Look,
+        look: StartedState,
         address: &str,
         is_stopping: bool,
     ) -> Option<Result<(), CallError>> {
         let now = Instant::now();
         match look {
-            Look::Ended(result) => return Some(result),
-            Look::Lost(error, grace) => {
+            StartedState::Ended(result) => return Some(result),
+            StartedState::Lost(error, grace) => {
                 let (since, grace) = *self.lost.get_or_insert((now, grace));
                 if now.saturating_duration_since(since) >= grace {
                     return Some(Err(error));
                 }
             }
             // The server is back.
-            Look::Pending => self.lost = None,
+            StartedState::Pending => self.lost = None,
         }
         if is_stopping {
             return Some(Err(CallError::Stopping));
@@ -186,12 +186,13 @@ mod tests {
     fn calls_end_once_in_their_order() {
         let mut calls = calls(&[LONG, LONG, LONG]);
         let second = calls.next("lidar", false, |_, call| match call {
-            2 => Look::Ended(Ok(())),
-            _ => Look::Pending,
+            2 => StartedState::Ended(Ok(())),
+            _ => StartedState::Pending,
         });
         assert_eq!(second, Some((2, 2, Ok(()))));
         let mut ended = Vec::new();
-        while let Some((sequence, ..)) = calls.next("lidar", false, |_, _| Look::Ended(Err(died())))
+        while let Some((sequence, ..)) =
+            calls.next("lidar", false, |_, _| StartedState::Ended(Err(died())))
         {
             ended.push(sequence);
         }
@@ -205,13 +206,13 @@ mod tests {
         calls.end_in_order(true);
         let only = |ended: u64| {
             move |sequence: u64, _: &mut u64| match sequence {
-                sequence if sequence <= ended => Look::Ended(Ok(())),
-                _ => Look::Pending,
+                sequence if sequence <= ended => StartedState::Ended(Ok(())),
+                _ => StartedState::Pending,
             }
         };
         let later = |sequence: u64, _: &mut u64| match sequence {
-            1 => Look::Pending,
-            _ => Look::Ended(Ok(())),
+            1 => StartedState::Pending,
+            _ => StartedState::Ended(Ok(())),
         };
         assert_eq!(calls.next("lidar", false, later), None, "the first waits");
         // Its own deadline ends it, too, not that of the second.
@@ -229,24 +230,24 @@ mod tests {
     fn a_reply_counts_more_than_a_deadline_or_a_stop() {
         for (limit, is_stopping) in [(Duration::ZERO, false), (LONG, true)] {
             let mut calls = calls(&[limit]);
-            let ended = calls.next("lidar", is_stopping, |_, _| Look::Ended(Ok(())));
+            let ended = calls.next("lidar", is_stopping, |_, _| StartedState::Ended(Ok(())));
             assert_eq!(ended, Some((1, 1, Ok(()))));
         }
-        let late = calls(&[Duration::ZERO]).next("lidar", false, |_, _| Look::Pending);
+        let late = calls(&[Duration::ZERO]).next("lidar", false, |_, _| StartedState::Pending);
         let limit = Duration::ZERO;
         let address = "lidar".to_owned();
         assert_eq!(
             late,
             Some((1, 1, Err(CallError::Deadline { address, limit })))
         );
-        let stopped = calls(&[LONG]).next("lidar", true, |_, _| Look::Pending);
+        let stopped = calls(&[LONG]).next("lidar", true, |_, _| StartedState::Pending);
         assert_eq!(stopped, Some((1, 1, Err(CallError::Stopping))));
     }
 
     #[test]
     fn a_lost_call_ends_after_its_grace() {
         let mut lost = calls(&[LONG]);
-        let ended = lost.next("lidar", false, |_, _| Look::Lost(died(), LONG / 2));
+        let ended = lost.next("lidar", false, |_, _| StartedState::Lost(died(), LONG / 2));
         assert_eq!(ended, None);
         let due = lost.due().expect("an end");
         assert!(
@@ -254,10 +255,15 @@ mod tests {
             "the grace, not the deadline"
         );
         // A server that is back has its time until the deadline.
-        assert_eq!(lost.next("lidar", false, |_, _| Look::Pending), None);
+        assert_eq!(
+            lost.next("lidar", false, |_, _| StartedState::Pending),
+            None
+        );
         let due = lost.due().expect("an end");
         assert!(due > Instant::now() + LONG * 3 / 4, "the deadline again");
-        let ended = calls(&[LONG]).next("lidar", false, |_, _| Look::Lost(died(), Duration::ZERO));
+        let ended = calls(&[LONG]).next("lidar", false, |_, _| {
+            StartedState::Lost(died(), Duration::ZERO)
+        });
         assert_eq!(ended, Some((1, 1, Err(died()))));
     }
 
@@ -275,7 +281,7 @@ mod tests {
         let mut endless = calls(&[Duration::MAX]);
         assert_eq!(
             (
-                endless.next("lidar", false, |_, _| Look::Pending),
+                endless.next("lidar", false, |_, _| StartedState::Pending),
                 endless.due()
             ),
             (None, None)

@@ -4,7 +4,7 @@ use crate::ast::{Entry, Map, Operand};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use std::collections::{HashMap, HashSet};
 
-/// What is allowed on one side of a map.
+/// The forms that one side of a map may have.
 pub(crate) struct Side<'a> {
     /// The kind of the values, for messages: `position`.
     pub(crate) of: &'a str,

@@ -3,84 +3,21 @@
 
 use crate::errors;
 use crate::link::Link;
+use crate::parked::{BENCHES, Here, NUMBERS, Parked, note};
 use crate::types::Types;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rc_host::{Operation, Program, Session, read, session, undecodable, write};
+use rc_host::{Operation, Program, Session, read, undecodable, write};
 use rc_middleware::typed::{HandlerError, Request};
 use rc_runtime::lifecycle::{Hook, Transition};
 use rc_runtime::testing::{self, FakeServer, FakeSubscriber, Fault, Parts, TestBed};
 use rc_runtime::{ComponentState, Time, WorkerError};
 use rc_values::{Struct, Value};
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
-
-/// The state that waits for a bench while another one, or none, has the thread.
-struct Parked {
-    session: Option<Session>,
-    /// The first exception of an answer, for the caller of the worker's function.
-    failure: Option<PyErr>,
-    /// Counts the loans of each topic.
-    loans: HashMap<(usize, usize), Arc<()>>,
-}
-
-thread_local! {
-    static BENCHES: RefCell<HashMap<u64, Parked>> = RefCell::default();
-}
-
-static NUMBERS: AtomicU64 = AtomicU64::new(0);
-
-/// While it lives, the session of a bench is that of its thread.
-pub(crate) struct Here(Option<u64>);
-
-impl Here {
-    /// Without a bench, the session is that of the component. While a call runs, its answer finds
-    /// none, as in a process.
-    pub(crate) fn enter(bench: Option<u64>) -> Self {
-        Self(bench.filter(|number| swap(*number)))
-    }
-}
-
-impl Drop for Here {
-    fn drop(&mut self) {
-        if let Some(number) = self.0 {
-            swap(number);
-        }
-    }
-}
-
-fn swap(number: u64) -> bool {
-    BENCHES.with_borrow_mut(|benches| {
-        let parked = benches.get_mut(&number);
-        parked.is_some_and(|parked| session::swap(&mut parked.session))
-    })
-}
-
-fn note(number: u64, error: PyErr) {
-    BENCHES.with_borrow_mut(|benches| {
-        if let Some(parked) = benches.get_mut(&number) {
-            parked.failure.get_or_insert(error);
-        }
-    });
-}
-
-/// The exception of an answer that was called since the last time.
-pub(crate) fn take_failure(bench: Option<u64>) -> Option<PyErr> {
-    BENCHES.with_borrow_mut(|benches| benches.get_mut(&bench?)?.failure.take())
-}
-
-/// Counts one more loan of a topic of a bench, while the result is held. `None` if there is one.
-pub(crate) fn count_loan(number: u64, slot: usize, operation: usize) -> Option<Arc<()>> {
-    BENCHES.with_borrow_mut(|benches| {
-        let loans = &mut benches.get_mut(&number)?.loans;
-        let count = loans.entry((slot, operation)).or_default();
-        (Arc::strong_count(count) == 1).then(|| Arc::clone(count))
-    })
-}
 
 /// The peers, the clock and the state of a component under test.
 #[pyclass(unsendable, module = "robocomp._native")]

@@ -20,6 +20,7 @@ mod member;
 mod memory;
 mod names;
 mod parameters;
+mod parked;
 mod publisher;
 mod run;
 mod samples;
@@ -28,6 +29,7 @@ mod testing;
 mod to_python;
 mod types;
 mod view;
+mod waiting;
 mod worker;
 
 use pyo3::prelude::*;

@@ -1,11 +1,11 @@
 //! The class `Link`, which the generated clients, publishers and contexts call.
 
-use crate::bench::{Here, take_failure};
 use crate::errors;
 use crate::freshness;
 use crate::from_python::ConversionError;
 use crate::member::Member;
 use crate::memory::Memory;
+use crate::parked::{Here, take_failure};
 use crate::session;
 use crate::types::Types;
 use crate::view::{Loan, View};

@@ -1,9 +1,9 @@
 //! A topic to which a program without a component publishes. Its endpoint lives on a thread of its
 //! own, as those of all middlewares.
 
-use crate::client::awaited;
 use crate::errors;
 use crate::types::Types;
+use crate::waiting::awaited;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rc_observe::{Sender, Topic};

@@ -1,8 +1,8 @@
 //! The classes `View` and `Loan`: a structure in its memory image.
 
-use crate::bench::{Here, count_loan};
 use crate::errors;
 use crate::memory::Memory;
+use crate::parked::{Here, count_loan};
 use crate::session::with;
 use crate::to_python::dtype;
 use crate::types::Types;

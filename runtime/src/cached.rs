@@ -1,7 +1,7 @@
 //! A client whose last replies answer queries for a while, and whose replies know their age.
 
+use crate::ages::{FreshCounts, age, moment, nanoseconds};
 use crate::clock::Clock;
-use crate::freshness::{FreshCounts, age, moment, nanoseconds};
 use crate::slots::OpenSlot;
 use rc_middleware::freshness::{Freshness, Made};
 use rc_middleware::in_place::IntoBytes;

@@ -5,7 +5,7 @@
 //! last of them are no further apart than `within`. Each sample is used once. A queue keeps the newest
 //! samples, in number and in bytes.
 
-use crate::freshness::age;
+use crate::ages::age;
 use crate::stored_sample::StoredSample;
 use rc_middleware::freshness::{Fresh, Freshness};
 use rc_middleware::{DecodeError, Reader};

@@ -1,7 +1,7 @@
 //! The status and the heartbeats of a component.
 
+use crate::ages::moment;
 use crate::description::Description;
-use crate::freshness::moment;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::settings::topic_qos;

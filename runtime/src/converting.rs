@@ -11,9 +11,9 @@ pub(crate) use frames::{
     Fed, Frames, IdleFlag, OwnPlaces, Shared, Source, Tf, TfSlot, Tree, history,
 };
 
-use counts::Whose;
+use counts::ValueSource;
 use frames::NoTransform;
-use rc_conversion::{Fault, Place, Plan, Program, Ran};
+use rc_conversion::{Fault, Place, Plan, Program, RunResult};
 use rc_diagnostics::foreign::clean;
 use rc_middleware::in_place::zerocopy::IntoBytes;
 use rc_middleware::request_body::{RequestBody, buffer};
@@ -153,7 +153,7 @@ impl SampleProgram {
             return Ok(Outcome::Dropped);
         }
         let result = convert(program, self.frames.as_mut(), copy.fill(body));
-        self.counts.note(Whose::Provider, result)?;
+        self.counts.note(ValueSource::Provider, result)?;
         Ok(Outcome::Converted)
     }
 }
@@ -163,7 +163,7 @@ fn convert(
     program: &Program,
     frames: Option<&mut Frames>,
     bytes: &mut [u8],
-) -> Result<Ran, Refused> {
+) -> Result<RunResult, Refused> {
     let Some(frames) = frames.filter(|_| program.takes_transforms()) else {
         return Ok(program.run_with(bytes, 0, &[])?);
     };
@@ -391,7 +391,7 @@ impl CallPrograms {
         let result = program
             .run_with(copy.fill(body), at, &[])
             .map_err(Refused::from);
-        match counts.note(Whose::Provider, result) {
+        match counts.note(ValueSource::Provider, result) {
             Ok(()) => Ok(true),
             Err(reason) => Err(DecodeError::Invalid(EncodeError::NoValue(reason)).into()),
         }
@@ -422,7 +422,7 @@ fn converted_request(
     };
     let mut bytes = buffer(request)?;
     let result = program.run_with(&mut bytes, at, &[]).map_err(Refused::from);
-    match counts.note(Whose::Own, result) {
+    match counts.note(ValueSource::Own, result) {
         Ok(()) => Ok(Some(bytes)),
         Err(reason) => Err(EncodeError::NoValue(reason).into()),
     }

@@ -1,8 +1,9 @@
 //! The last values of the worker, which answer queries of slots with `serve latest` without a handler.
 
+use crate::ages::{FreshCounts, age};
 use crate::component::Component;
 use crate::context::Core;
-use crate::freshness::{FreshCounts, Moments, age};
+use crate::freshness::Moments;
 use crate::latest_values::{Answer, Latest, LatestValues};
 use crate::slots::OpenSlot;
 use rc_middleware::freshness::{Freshness, Made};

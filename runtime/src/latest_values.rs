@@ -1,6 +1,6 @@
 //! The last values of a component, which answer queries.
 
-use crate::freshness::FreshCounts;
+use crate::ages::FreshCounts;
 use rc_middleware::typed::{HandlerError, Request};
 use std::rc::Rc;
 

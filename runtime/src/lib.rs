@@ -8,6 +8,7 @@
 //! notices a worker that hangs.
 
 pub mod adapter;
+mod ages;
 mod arguments;
 mod cached;
 mod clock;

@@ -226,22 +226,22 @@ pub trait Hooks {
     /// Calls an action.
     ///
     /// # Errors
-    /// That of the worker.
+    /// The error of the worker.
     fn action(&mut self, action: u16) -> Result<(), WorkerError>;
     /// Calls the worker on entry of a state.
     ///
     /// # Errors
-    /// That of the worker.
+    /// The error of the worker.
     fn entry(&mut self, state: u16) -> Result<(), WorkerError>;
     /// Calls the worker on exit of a state.
     ///
     /// # Errors
-    /// That of the worker.
+    /// The error of the worker.
     fn exit(&mut self, state: u16) -> Result<(), WorkerError>;
     /// Calls the worker in an active state, once a period.
     ///
     /// # Errors
-    /// That of the worker.
+    /// The error of the worker.
     fn during(&mut self, state: u16) -> Result<(), WorkerError>;
 }
 

@@ -7,6 +7,7 @@ mod endpoints;
 mod frames;
 mod receiver;
 
+use crate::ages::FreshCounts;
 use crate::cached::CachingClient;
 use crate::clock::SimulatedClock;
 use crate::clock::{Clock, SystemClock};
@@ -16,7 +17,6 @@ use crate::error::StartError;
 use crate::exact::mode::Exact;
 use crate::exact::replayed_ports;
 use crate::forwarded::ForwardCounts;
-use crate::freshness::FreshCounts;
 use crate::hops::{ALL_OPERATIONS, HopNotes, SharedHops};
 use crate::member::MemberError;
 use crate::settings::topic_qos;

@@ -1,9 +1,9 @@
 //! The state, the counters and the times of a running component.
 
+use crate::ages::FreshCounts;
 use crate::clock::{Clock, Time};
 use crate::converting::ConversionCounts;
 use crate::forwarded::ForwardCounts;
-use crate::freshness::FreshCounts;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
 use crate::slots::OpenSlot;
@@ -26,7 +26,7 @@ pub(crate) struct Shared {
     pub(crate) wake_event: WakeEvent,
     pub(crate) status: Mutex<Status>,
     pub(crate) time: NetworkTime,
-    /// Of a managed component.
+    /// `None` if the component is not managed.
     pub(crate) lifecycle: Option<Arc<Lifecycle>>,
     /// The other components of its process.
     pub(crate) beside: DoneBeside,

@@ -14,6 +14,18 @@ pub enum Language {
     Cpp,
 }
 
+/// How the program of a component comes about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Builder {
+    /// cargo builds it: as a member of its workspace, over the crate of interfaces that all members
+    /// share. Other components have their types in a package of their own.
+    Cargo,
+    /// cmake builds it.
+    Cmake,
+    /// A launcher starts the interpreter of the machine, which only its own machine has.
+    Interpreter,
+}
+
 /// What components of a language need in addition to their program, for messages about hosts and
 /// containers that lack it.
 #[derive(Debug)]
@@ -75,21 +87,23 @@ impl Language {
             .map(|(_, language)| language)
     }
 
-    /// Whether cargo builds it: as a member of its workspace, over the crate of interfaces that all
-    /// members share. Other components have their types in a package of their own, and a launcher.
-    pub fn is_built_by_cargo(self) -> bool {
+    /// How the program of a component comes about.
+    pub fn builder(self) -> Builder {
         match self {
-            Self::Rust => true,
-            Self::Python | Self::Cpp => false,
+            Self::Rust => Builder::Cargo,
+            Self::Python => Builder::Interpreter,
+            Self::Cpp => Builder::Cmake,
         }
     }
 
-    /// Whether it runs by an interpreter of the machine, which only its own machine has.
+    /// Whether cargo builds it.
+    pub fn is_built_by_cargo(self) -> bool {
+        self.builder() == Builder::Cargo
+    }
+
+    /// Whether it runs by an interpreter of the machine.
     pub fn has_interpreter(self) -> bool {
-        match self {
-            Self::Rust | Self::Cpp => false,
-            Self::Python => true,
-        }
+        self.builder() == Builder::Interpreter
     }
 
     /// The name, for messages.

@@ -53,7 +53,7 @@ mod world;
 pub use key::Key;
 pub use key_lookup::{key, keys, unknown_key_help};
 pub use kind::{Kind, ValueError};
-pub use language::{Language, Needs};
+pub use language::{Builder, Language, Needs};
 pub use layout::Layout;
 pub use middleware::{Capabilities, Middleware, Middlewares};
 pub use number::Number;

@@ -36,7 +36,7 @@ pub enum Durability {
     TransientLocal,
 }
 
-/// What is done with a value that is older than `fresh` allows.
+/// The use of a value that is older than `fresh` allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stale {
     /// It is used, and its age says so.
@@ -125,7 +125,7 @@ pub struct Qos {
     pub spin: Duration,
     /// The age up to which a value counts as fresh; `None` if nobody asks.
     pub fresh: Option<Duration>,
-    /// What is done with a value that is not fresh.
+    /// The use of a value that is not fresh.
     pub stale: Stale,
     /// How long the last reply answers a query; `None` for never.
     pub cache: Option<Duration>,

@@ -4,14 +4,18 @@
 //! the last tests of a program run alone, so the processors would be idle for much of the time.
 
 use crate::cargo_command;
-use crate::testing::lines;
 use serde::Deserialize;
 use std::collections::VecDeque;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::sync::mpsc::sync_channel;
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+/// How long the output of a program may stay open after its end. A process that a test has left may
+/// keep it open forever.
+const LEFT_OPEN: Duration = Duration::from_secs(2);
 
 /// A program with tests.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -185,6 +189,40 @@ impl Program {
     /// The arguments of cargo that select this program alone.
     pub(crate) fn selection(&self) -> &str {
         &self.selection
+    }
+}
+
+/// Runs `command`, and gives `line` each line of its output and of its errors, in one order.
+pub(crate) fn lines(
+    mut command: Command,
+    mut line: impl FnMut(&str),
+) -> std::io::Result<ExitStatus> {
+    let (output, writer) = std::io::pipe()?;
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn()?;
+    // It has the other ends of the pipe.
+    drop(command);
+    let (sender, receiver) = sync_channel(64);
+    std::thread::spawn(move || {
+        let lines = BufReader::new(output).split(b'\n').map_while(Result::ok);
+        for line in lines {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    let mut ended: Option<(ExitStatus, Instant)> = None;
+    loop {
+        match receiver.recv_timeout(Duration::from_millis(200)) {
+            Ok(bytes) => line(&String::from_utf8_lossy(&bytes)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return child.wait(),
+        }
+        match ended {
+            None => ended = child.try_wait()?.map(|status| (status, Instant::now())),
+            Some((status, at)) if at.elapsed() > LEFT_OPEN => return Ok(status),
+            Some(_) => {}
+        }
     }
 }
 

@@ -1,21 +1,15 @@
 //! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone.
 
 use crate::checkout;
-use crate::programs;
+use crate::programs::{self, lines};
 use crate::report::{Block, Report};
 use crate::timings::Timings;
 use crate::{cargo, cargo_command, outcome};
-use std::io::{BufRead, BufReader};
 use std::process::{Command, ExitStatus};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// If more tests fail, none is repeated: that is not noise of a busy machine.
 const REPEATED: usize = 10;
-
-/// How long the output of a program may stay open after its end. A process that a test has left may
-/// keep it open forever.
-const LEFT_OPEN: Duration = Duration::from_secs(2);
 
 /// Builds all programs, of which tests start many, then runs every test of the workspace. Both
 /// select the whole workspace: dependencies have the same features then, and are compiled once.
@@ -204,40 +198,6 @@ fn follow(
     });
     timings.finish();
     (status, report)
-}
-
-/// Runs `command`, and gives `line` each line of its output and of its errors, in one order.
-pub(crate) fn lines(
-    mut command: Command,
-    mut line: impl FnMut(&str),
-) -> std::io::Result<ExitStatus> {
-    let (output, writer) = std::io::pipe()?;
-    command.stdout(writer.try_clone()?).stderr(writer);
-    let mut child = command.spawn()?;
-    // It has the other ends of the pipe.
-    drop(command);
-    let (sender, receiver) = sync_channel(64);
-    std::thread::spawn(move || {
-        let lines = BufReader::new(output).split(b'\n').map_while(Result::ok);
-        for line in lines {
-            if sender.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    let mut ended: Option<(ExitStatus, Instant)> = None;
-    loop {
-        match receiver.recv_timeout(Duration::from_millis(200)) {
-            Ok(bytes) => line(&String::from_utf8_lossy(&bytes)),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return child.wait(),
-        }
-        match ended {
-            None => ended = child.try_wait()?.map(|status| (status, Instant::now())),
-            Some((status, at)) if at.elapsed() > LEFT_OPEN => return Ok(status),
-            Some(_) => {}
-        }
-    }
 }
 
 /// How many tests of a program run at a time. As many programs run as there are processors, so there

@@ -201,7 +201,7 @@ struct Tree<'n> {
     deployment: &'n Deployment,
     /// The components whose parameters could not be read: their errors have been reported.
     unknown: BTreeSet<Vec<String>>,
-    /// Those that have values. No rule about another one is evaluated.
+    /// The members that have values. No rule about another one is evaluated.
     members: Members,
 }
 

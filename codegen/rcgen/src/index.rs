@@ -20,7 +20,7 @@ pub struct Index {
     pub components: Vec<IndexedComponent>,
     /// The interfaces that they use and that the folders hold, by name.
     pub interfaces: Vec<IndexedInterface>,
-    /// What is wrong with files, one finding in each text.
+    /// Findings about files, one in each text.
     pub faults: Vec<String>,
 }
 

@@ -1,11 +1,12 @@
 //! Exports a component as a package of ROS 2, which `ros2 run` and launch files start.
 
 use super::HEADER;
-use super::ros2::{escaped, package_file};
+use super::ros2::package_file;
 use crate::files::{Files, Owner};
 use crate::note::Note;
 use crate::{Project, names, ros};
 use rc_cdsl::model::Middleware;
+use rc_diagnostics::xml::escaped;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 use std::io;
 

@@ -4,6 +4,7 @@ use super::HEADER;
 use crate::Files;
 use crate::files::Owner;
 use crate::ros::{self, Constant, Field, Package, sanitized};
+use rc_diagnostics::xml::escaped;
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_idsl::Library;
 
@@ -168,11 +169,4 @@ pub(super) fn package_file(first: &str, name: &str, description: &str, depends: 
 </package>
 "
     )
-}
-
-/// Escapes text between tags.
-pub(super) fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    let text = text.replace('>', "&gt;");
-    text.replace(|c: char| c.is_control(), " ")
 }

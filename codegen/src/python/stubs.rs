@@ -287,12 +287,7 @@ impl Missing {
         self.total
     }
 
-    /// Whether nothing is missing.
-    pub fn is_empty(&self) -> bool {
-        self.handlers.is_empty() && self.requirements.is_empty()
-    }
-
-    /// The text to paste, below a comment with its place.
+    /// The text to paste, below a comment with its place; empty if nothing is missing.
     pub fn text(&self) -> String {
         let mut text = String::new();
         if !self.handlers.is_empty() {

@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Asynchronous<'a> {
     name: &'a str,
     interface: &'a str,
-    index: usize,
+    pub(super) index: usize,
     field: String,
     is_array: bool,
     /// The pattern of its member where the context finds its client, and how the field has that of
@@ -34,7 +34,7 @@ pub(crate) struct Asynchronous<'a> {
     /// The trait that handles the ends.
     pub(super) handler: String,
     /// The function that reads a result.
-    end: String,
+    pub(super) end: String,
     /// The function of the client that takes a result.
     take: String,
     operations: Vec<Query<'a>>,

@@ -1,9 +1,10 @@
 //! Names and types of Rust for a component, for the templates of its generated crate.
 
+use super::adapter::{self, Adapter};
 use super::asynchronous::{self, Asynchronous};
 use super::exports::Exports;
 use super::freshness::{self, Freshness};
-use super::machine::{self, Machine, TRAIT};
+use super::machine::{self, Machine};
 use super::reexports::{self, Reexport};
 use super::slot::{self, Slot};
 use super::worker::WORKER;
@@ -46,11 +47,7 @@ pub(crate) struct Component<'a> {
     slots: Vec<Slot<'a>>,
     /// The traits that the worker implements in addition to that of its life cycle.
     pub(crate) implemented: Vec<WorkerTrait>,
-    /// The function that makes the worker's table.
-    worker_table: &'static str,
-    /// Bounds of the worker: all of them, and without the traits that serve slots.
-    bounds: Vec<String>,
-    bounds_without_slots: Vec<String>,
+    adapter: Adapter,
     pub(crate) parameters: Option<parameters::Parameters>,
     /// The fields of the context that have the solvers of robots, which are modules as well.
     pub(crate) kinematics: Vec<Kinematics<'a>>,
@@ -58,8 +55,6 @@ pub(crate) struct Component<'a> {
     pub(crate) machine: Option<Machine<'a>>,
     /// Values that know their age.
     freshness: Freshness,
-    /// What the component collects, and the handlers of it.
-    collects: Vec<(String, String)>,
     /// The slots whose queries can be started.
     asynchronous: Vec<Asynchronous<'a>>,
     reexports: Vec<String>,
@@ -73,6 +68,7 @@ pub(crate) struct Component<'a> {
     testing: testing::Testing,
     /// Whether a slot calls or publishes, or receives.
     sends: bool,
+    #[serde(skip)]
     receives: bool,
     /// Imports of the module that describes the slots.
     description_imports: Vec<String>,
@@ -117,8 +113,8 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
     let slots = slot::all(view);
     let mut freshness = freshness::of(view, &exports);
     let mut world = world::of(view);
-    let mut implemented = worker_traits::all(view, &slots, &mut asynchronous, &exports);
-    implemented.extend(freshness.handlers());
+    let mut implemented =
+        worker_traits::all(view, &slots, &mut asynchronous, &mut freshness, &exports);
     implemented.extend(world.as_mut().map(world::handlers));
     let sends = slots.iter().any(|slot| slot.sends) || world.is_some();
     let receives = slots.iter().any(|slot| slot.receives);
@@ -143,9 +139,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         modules: modules(view, receives, !freshness.is_empty()),
         type_modules: reexports::type_modules(view, &exports),
         interface_modules: reexports::interface_modules(view, &exports),
-        worker_table: if view.managed { "managed" } else { "plain" },
-        bounds: bounds(view, &slots, &asynchronous),
-        bounds_without_slots: bounds(view, &[], &asynchronous),
+        adapter: adapter::of(view, &slots, &asynchronous, &freshness),
         parameters: view.parameters.as_ref().map(parameters::of),
         kinematics: view
             .kinematics
@@ -155,7 +149,6 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         world,
         machine: view.machine.as_ref().map(machine::of),
         reexports: reexports::of_root(view, &slots, &asynchronous, &freshness),
-        collects: freshness.tables(),
         context_imports: context_imports(view),
         unused: unused(view, sends),
         imports: reexports::of_worker(&implemented),
@@ -257,30 +250,4 @@ fn unused(view: &view::Component, sends: bool) -> Vec<&'static str> {
         ("ports", !needs_ports),
         ("values", view.parameters.is_none()),
     ])
-}
-
-/// The traits of the worker, with those that serve `slots`.
-fn bounds(view: &view::Component, slots: &[Slot], asynchronous: &[Asynchronous]) -> Vec<String> {
-    let worker = if view.managed {
-        "rc_runtime::ManagedWorker<Context>"
-    } else {
-        "rc_runtime::Worker<Context>"
-    };
-    let mut bounds = vec![worker.to_owned()];
-    // A world has slots.
-    let has_world = view.world.is_some() && !slots.is_empty();
-    let is_whole = !slots.is_empty();
-    let slots = slots.iter().filter(|slot| slot.receives);
-    bounds.extend(slots.map(|slot| slot.serving.clone()));
-    bounds.extend(view.machine.iter().map(|_| TRAIT.to_owned()));
-    let ends = asynchronous.iter();
-    bounds.extend(ends.map(|slot| format!("asynchronous::{}", slot.handler)));
-    if is_whole && !view.collects.is_empty() {
-        bounds.push(format!("crate::freshness::{}", freshness::TRAIT));
-    }
-    if has_world {
-        bounds.push(format!("crate::world::{}", world::TRAIT));
-    }
-    bounds.push("'static".to_owned());
-    bounds
 }

@@ -4,7 +4,6 @@
 use super::exports::{self, Exports};
 use super::handlers::Handler;
 use super::operation::{self, Operation};
-use super::worker_traits::WorkerTrait;
 use super::{names, types};
 use crate::collisions::{bare, free};
 use crate::view;
@@ -85,22 +84,15 @@ impl Freshness {
         all.collect()
     }
 
-    /// The trait of the handlers, if there are any.
-    pub(super) fn handlers(&mut self) -> Option<WorkerTrait> {
+    /// Takes the handlers, which the worker implements by [`TRAIT`].
+    pub(super) fn take_handlers(&mut self) -> Vec<Handler> {
         let handlers = self.collects.iter_mut().map(|of| {
             std::mem::replace(
                 &mut of.handler,
                 Handler::optional(String::new(), String::new()),
             )
         });
-        let operations: Vec<Handler> = handlers.collect();
-        (!operations.is_empty()).then(|| WorkerTrait {
-            name: TRAIT.to_owned(),
-            generics: String::new(),
-            operations,
-            optional: Vec::new(),
-            slot: None,
-        })
+        handlers.collect()
     }
 }
 

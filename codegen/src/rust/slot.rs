@@ -35,7 +35,8 @@ pub(crate) struct Slot<'a> {
     /// How the generated crate imports the trait of its handlers; empty if it does not receive.
     import: String,
     /// Its entry in the table of the worker.
-    entry: String,
+    #[serde(skip)]
+    pub(super) entry: String,
     /// How the context opens it, and counts its peers; empty if it does not.
     open: String,
     peers: String,

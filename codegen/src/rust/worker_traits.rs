@@ -3,6 +3,7 @@
 
 use super::asynchronous::Asynchronous;
 use super::exports::Exports;
+use super::freshness::{self, Freshness};
 use super::handlers::{Handler, Handlers};
 use super::machine::{self, TRAIT};
 use super::slot::Slot;
@@ -25,6 +26,19 @@ pub(crate) struct WorkerTrait {
     pub(crate) slot: Option<Served>,
 }
 
+impl WorkerTrait {
+    /// A trait of functions that the worker must have, and that belong to no slot.
+    fn of_functions(name: &str, operations: Vec<Handler>) -> Self {
+        Self {
+            name: name.to_owned(),
+            generics: String::new(),
+            operations,
+            optional: Vec::new(),
+            slot: None,
+        }
+    }
+}
+
 /// The slot of a trait of handlers.
 #[derive(Debug)]
 pub(crate) struct Served {
@@ -42,6 +56,7 @@ pub(super) fn all(
     view: &view::Component,
     slots: &[Slot],
     asynchronous: &mut [Asynchronous],
+    freshness: &mut Freshness,
     exports: &Exports,
 ) -> Vec<WorkerTrait> {
     let slots = slots.iter().zip(&view.slots).enumerate();
@@ -65,13 +80,9 @@ pub(super) fn all(
             }),
         }
     });
-    let of_machine = view.machine.iter().map(|machine| WorkerTrait {
-        name: TRAIT.to_owned(),
-        generics: String::new(),
-        operations: machine::functions(machine),
-        optional: Vec::new(),
-        slot: None,
-    });
+    let machines = view.machine.iter();
+    let of_machine =
+        machines.map(|machine| WorkerTrait::of_functions(TRAIT, machine::functions(machine)));
     let of_ends = asynchronous.iter_mut().map(|slot| WorkerTrait {
         name: slot.handler.clone(),
         generics: String::new(),
@@ -79,5 +90,9 @@ pub(super) fn all(
         optional: std::mem::take(&mut slot.handlers),
         slot: None,
     });
-    of_slots.chain(of_machine).chain(of_ends).collect()
+    let collected = freshness.take_handlers();
+    let of_collected =
+        (!collected.is_empty()).then(|| WorkerTrait::of_functions(freshness::TRAIT, collected));
+    let all = of_slots.chain(of_machine).chain(of_ends);
+    all.chain(of_collected).collect()
 }

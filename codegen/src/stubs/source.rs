@@ -49,7 +49,7 @@ pub(super) struct Method {
 pub(super) struct Scope {
     /// Imported names, each with the name that it has where it is declared.
     names: BTreeMap<String, String>,
-    /// Those that come from the generated crate.
+    /// The names that come from the generated crate.
     generated: BTreeSet<String>,
     /// Whether a glob imports all names of the generated crate.
     everything: bool,

@@ -186,7 +186,7 @@ fn entity(node: &NodeRef<'_>, time: u64, writer: &mut Writer<'_>) {
 
 /// What the thread that reads leaves: the newest tree, and whether no more comes.
 #[derive(Default)]
-struct Told {
+struct Received {
     newest: Mutex<Option<String>>,
     has_ended: AtomicBool,
 }
@@ -194,7 +194,7 @@ struct Told {
 /// Follows the world of a network while it is there.
 pub(crate) struct Teller {
     child: Child,
-    told: Arc<Told>,
+    told: Arc<Received>,
     tree: Option<Arc<Snapshot>>,
     /// When it was published.
     published: Option<Instant>,
@@ -220,7 +220,7 @@ impl Teller {
         let mut child = spawned
             .map_err(|error| format!("cannot run `rcdeploy`, which has the world: {error}"))?;
         let output = child.stdout.take();
-        let told = Arc::new(Told::default());
+        let told = Arc::new(Received::default());
         let own = Arc::clone(&told);
         std::thread::spawn(move || {
             for line in output

@@ -14,7 +14,8 @@ use crate::model::{Graph, chain_colour, provider_and_consumer, sentence};
 use boxes::Boxes;
 use machines::Machines;
 use rc_deploy_network::topology::Kind;
-use rc_drawing::{forks, path, text, width, xml};
+use rc_diagnostics::xml::escaped;
+use rc_drawing::{forks, path, text, width};
 use rc_graph_layout::{Layout, Net, Point, Port};
 use rc_vocabulary::Middleware;
 use std::collections::BTreeMap;
@@ -70,7 +71,7 @@ pub(crate) fn draw(graph: &Graph) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" font-family=\"sans-serif\" font-size=\"{SMALL}\" fill=\"{INK}\">\n<title>{2}</title>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
         total.0,
         total.1,
-        xml(&format!("The network {}", graph.network)),
+        escaped(&format!("The network {}", graph.network)),
     );
     let by = Point::new(MARGIN + (inner - layout.width) / 2, MARGIN);
     out += &format!("<g transform=\"translate({} {})\">\n", by.x, by.y);
@@ -123,7 +124,7 @@ fn title(first: &str, marks: &Marks<'_>, mark: Option<&Mark>) -> String {
 /// A tooltip of several lines.
 fn xml_lines(lines: &[String]) -> String {
     let lines = lines.iter().flat_map(|line| line.lines());
-    lines.map(xml).collect::<Vec<_>>().join("\n")
+    lines.map(escaped).collect::<Vec<_>>().join("\n")
 }
 
 /// The properties that distinguish lines of a slot: the level of findings, the colour of a chain,

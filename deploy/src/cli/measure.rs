@@ -33,9 +33,9 @@ struct Window {
 /// The clock by which the messages are stamped.
 #[derive(Debug, PartialEq, Eq)]
 enum SenderClock {
-    /// That of this machine.
+    /// The clock of this machine.
     Here,
-    /// That of another machine.
+    /// The clock of another machine.
     Elsewhere { host: String, estimate: Estimate },
 }
 

@@ -65,7 +65,7 @@ impl Fault {
         }
     }
 
-    /// The same at another byte.
+    /// This fault at another byte.
     #[must_use]
     pub const fn moved(self, to: usize) -> Self {
         match self {

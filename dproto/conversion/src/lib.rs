@@ -39,4 +39,4 @@ pub use item::Item;
 pub use moves::{EXCEPTION, Frame, Move, Needed, QUERY, TF, TRANSFORMS, TREE, Transform, is_frame};
 pub use parse::{DEEPEST, LONGEST, PlanError};
 pub use plan::{Part, Place, Plan};
-pub use program::{Program, Ran};
+pub use program::{Program, RunResult};

@@ -27,7 +27,7 @@ pub struct Program {
 
 /// What a program did to a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ran {
+pub struct RunResult {
     /// The byte after the values.
     pub end: usize,
     /// Whether three turns that it wrote are at a gimbal lock: then the first one is 0.
@@ -111,13 +111,13 @@ impl Program {
         bytes: &mut [u8],
         at: usize,
         transforms: &[Transform],
-    ) -> Result<Ran, Fault> {
+    ) -> Result<RunResult, Fault> {
         if transforms.len() != self.moves.len() {
             return Err(Fault::Value(at));
         }
         let (step, end) = self.begin(bytes, at)?;
         if step == self.steps.len() {
-            return Ok(Ran {
+            return Ok(RunResult {
                 end,
                 is_locked: false,
             });
@@ -125,7 +125,7 @@ impl Program {
         let mut scratch = Scratch::default();
         scratch.transforms.extend(transforms.iter().flatten());
         let end = self.steps(step..self.steps.len(), bytes, end, &mut scratch)?;
-        Ok(Ran {
+        Ok(RunResult {
             end,
             is_locked: scratch.is_locked || scratch.lanes.is_locked,
         })

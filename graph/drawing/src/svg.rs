@@ -1,7 +1,8 @@
 //! A picture as SVG.
 
 use crate::{Box, MOST, Picture, TooLarge};
-use rc_drawing::{INK, document, forks, head, path, rounded, text, width, xml};
+use rc_diagnostics::xml::escaped;
+use rc_drawing::{INK, document, forks, head, path, rounded, text, width};
 use rc_graph_layout::{Net, Node, Point, Port, Rect, Shape, layout};
 use std::collections::BTreeSet;
 
@@ -69,7 +70,7 @@ impl Picture {
 }
 
 fn titled<'t>(lines: impl Iterator<Item = &'t str>) -> String {
-    let lines: Vec<String> = lines.map(xml).collect();
+    let lines: Vec<String> = lines.map(escaped).collect();
     format!("<title>{}</title>", lines.join("\n"))
 }
 

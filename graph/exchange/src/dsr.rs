@@ -2,6 +2,7 @@
 
 use crate::document::{self, Document, Edge, Node};
 use crate::json::{self, Members, Raw, float, quoted};
+use crate::older::OLDER;
 use crate::places::{Places, SEPARATOR};
 use property_graph::{Id, Value};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
@@ -59,12 +60,6 @@ const TYPES: [&str; 10] = [
     "uint64",
     "double",
     "uint64 vector",
-];
-
-/// The attributes of `RT` as the oldest files name them, and as all others do.
-const OLDER: [(&str, &str); 2] = [
-    ("translation", "rt_translation"),
-    ("rotation_euler_xyz", "rt_rotation_euler_xyz"),
 ];
 
 /// Whether a text looks like a file of DSR.
@@ -197,13 +192,6 @@ impl Older {
             Some((path, message))
         })
     }
-}
-
-/// A path to an attribute as the oldest files name it.
-pub(crate) fn oldest(path: &str) -> Option<String> {
-    let (above, name) = path.rsplit_once(SEPARATOR)?;
-    let (oldest, _) = OLDER.iter().find(|(_, present)| *present == name)?;
-    Some(format!("{above}{SEPARATOR}{oldest}"))
 }
 
 /// The value of an attribute, by the number of its type.

@@ -2,24 +2,8 @@
 
 use crate::document::{Attribute, Document, Edge};
 use property_graph::{Id, Value};
+use rc_diagnostics::xml::escaped;
 use std::collections::{BTreeMap, BTreeSet};
-
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            // XML 1.0 has no other control characters.
-            '\t' | '\n' | '\r' => out.push_str(&format!("&#{};", u32::from(c))),
-            c if c.is_control() => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
-}
 
 /// The type in `GraphML`, and the text of a value. Arrays and bytes are texts.
 fn typed(value: &Value) -> (&'static str, String) {

@@ -14,6 +14,7 @@ mod hints;
 pub mod innermodel;
 mod json;
 mod migration;
+mod older;
 mod part;
 mod places;
 mod reflection;

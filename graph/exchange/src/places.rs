@@ -1,5 +1,6 @@
 //! Where the members of a JSON text are. Findings need this; reading does not.
 
+use crate::older::OLDER;
 use rc_diagnostics::{SourceId, Span};
 use std::collections::HashMap;
 
@@ -35,7 +36,7 @@ impl Places {
     pub(crate) fn of(&self, path: &str) -> Span {
         let mut path = path;
         loop {
-            let oldest = || self.values.get(&crate::dsr::oldest(path)?);
+            let oldest = || self.values.get(&oldest(path)?);
             if let Some((start, end)) = self.values.get(path).or_else(oldest) {
                 return Span::new(self.source, *start, *end);
             }
@@ -45,6 +46,13 @@ impl Places {
             }
         }
     }
+}
+
+/// A path to an attribute as the oldest files of DSR name it.
+fn oldest(path: &str) -> Option<String> {
+    let (above, name) = path.rsplit_once(SEPARATOR)?;
+    let (oldest, _) = OLDER.iter().find(|(_, present)| *present == name)?;
+    Some(format!("{above}{SEPARATOR}{oldest}"))
 }
 
 struct Scanner<'t> {

@@ -6,6 +6,7 @@
 
 pub mod ast;
 mod blocks;
+mod consistency;
 mod imports;
 mod members;
 mod parse;

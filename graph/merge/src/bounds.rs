@@ -98,7 +98,8 @@ impl Replica {
         self.check_numbers(delta, is_far)
     }
 
-    /// The same, where this function says which numbers are too far ahead of the known ones.
+    /// Checks as [`check`](Self::check). `is_far` says whether a number is too far ahead of the known
+    /// one.
     pub(crate) fn check_numbers(
         &self,
         delta: &Delta,

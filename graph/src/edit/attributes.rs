@@ -1,10 +1,10 @@
 //! Attributes of nodes and edges, and the lists of names.
 
 use super::Edit;
-use crate::element::{Attributes, Element, NONE, Neighbours, NodeId};
+use crate::element::{Element, NONE, Neighbours, NodeId};
 use crate::error::Error;
 use crate::names::{Named, Symbol};
-use crate::stored::{Stored, value};
+use crate::stored::{Attributes, Stored, value};
 use crate::types::Types;
 use crate::value::{MOST_BYTES, Value};
 use rc_diagnostics::foreign;

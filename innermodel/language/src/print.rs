@@ -4,6 +4,7 @@ use crate::model::{
     Battery, Document, Encoder, Engine, Form, Human, Kind, Lidar, Node, Plane, Render, Robot,
     Shape, Signal, Transform,
 };
+use rc_diagnostics::xml::escaped;
 
 /// The text of a document: in millimetres, with all that was included. Attributes that have their
 /// default are left out.
@@ -73,28 +74,11 @@ fn tag(node: &Node) -> &'static str {
     }
 }
 
-/// A value in the form for double quotes.
-pub(crate) fn escape(value: &str) -> String {
-    let mut out = String::with_capacity(value.len());
-    for c in value.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '"' => out.push_str("&quot;"),
-            '\n' => out.push_str("&#10;"),
-            '\t' => out.push_str("&#9;"),
-            '\r' => out.push_str("&#13;"),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 struct Writer<'o>(&'o mut String);
 
 impl Writer<'_> {
     fn text(&mut self, name: &str, value: &str) {
-        self.0.push_str(&format!(" {name}=\"{}\"", escape(value)));
+        self.0.push_str(&format!(" {name}=\"{}\"", escaped(value)));
     }
 
     fn text_or(&mut self, name: &str, value: &str, default: &str) {

@@ -2,9 +2,9 @@
 //! attributes, spellings and units.
 
 use crate::elements::{Element, element};
-use crate::print::escape;
 use crate::read::xml;
 use crate::units::Units;
+use rc_diagnostics::xml::escaped;
 use rc_diagnostics::{SourceMap, Span};
 use rc_xml::XmlSource;
 use roxmltree::{Document, Node};
@@ -228,9 +228,4 @@ pub fn remove(text: &str, tag: Span) -> Option<String> {
         range = range.start - indentation.len()..range.end + rest.len();
     }
     parsed.spliced(range, "")
-}
-
-/// A value that is possible in quotes of both kinds.
-fn escaped(value: &str) -> String {
-    escape(value).replace('\'', "&apos;")
 }

@@ -1,6 +1,7 @@
 //! The size of the bodies of a tree.
 
 use crate::scene::{Part, Scene};
+use crate::surfaces::around;
 use innermodel::kinds::Shape;
 use innermodel::shapes::bars;
 use innermodel::{Kind, NodeId, Point, Snapshot, Transform, Vector};
@@ -95,12 +96,4 @@ impl Scene {
         }
         extents
     }
-}
-
-/// The least and the most of finite vectors, if there are any.
-pub(crate) fn around(vectors: impl Iterator<Item = Vector>) -> Option<(Vector, Vector)> {
-    let finite = vectors.filter(|vector| vector.iter().all(|part| part.is_finite()));
-    finite
-        .map(|vector| (vector, vector))
-        .reduce(|(a, b), (c, d)| (a.inf(&c), b.sup(&d)))
 }

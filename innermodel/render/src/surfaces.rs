@@ -1,7 +1,6 @@
 //! Triangles with their appearance.
 
 use crate::error::DrawError;
-use crate::extent::around;
 use crate::texture::{Paint, Texture};
 use crate::triangles::{Canvas, Target};
 use innermodel::{Point, Transform, Vector};
@@ -145,4 +144,12 @@ impl<'c> Canvas<'c, '_> {
         self.paint = plain;
         (self.alpha, self.alpha_mode) = (1.0, AlphaMode::Opaque);
     }
+}
+
+/// The least and the most of finite vectors, if there are any.
+pub(crate) fn around(vectors: impl Iterator<Item = Vector>) -> Option<(Vector, Vector)> {
+    let finite = vectors.filter(|vector| vector.iter().all(|part| part.is_finite()));
+    finite
+        .map(|vector| (vector, vector))
+        .reduce(|(a, b), (c, d)| (a.inf(&c), b.sup(&d)))
 }

@@ -4,10 +4,24 @@ use crate::error::Error;
 use crate::free_path::FreePart;
 use crate::pose2d::{Motion, Pose2D, Speed};
 use crate::random::Random;
-use crate::state::BaseState;
 use innermodel::kinds::{Drive, Robot};
 use innermodel::{Kind, NodeId, NodeRef, Pose, Snapshot, Transform};
 use std::collections::BTreeMap;
+
+/// State of a base.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BaseState {
+    /// The commanded speed, within the limits.
+    pub wanted: Speed,
+    /// The speed of the last step.
+    pub actual: Speed,
+    /// The place by the wheels.
+    pub odometer: Pose2D,
+    /// The place by the wheels, since it was corrected.
+    pub corrected: Pose2D,
+    /// Bodies that stopped the base in the last step: one of the robot, and the obstacle.
+    pub stopped_by: Option<(NodeId, NodeId)>,
+}
 
 /// The bases of a world.
 #[derive(Clone, Debug, Default)]

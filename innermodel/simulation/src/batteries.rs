@@ -3,9 +3,17 @@
 use crate::bases::Bases;
 use crate::error::Error;
 use crate::pose2d::Speed;
-use crate::state::BatteryState;
 use innermodel::{Kind, NodeId, NodeRef, Snapshot};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// A battery.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryState {
+    /// From 0 to 1.
+    pub level: f64,
+    /// Whether its robot stands still, which connects it to the charger.
+    pub is_connected: bool,
+}
 
 /// The robot that a node is below.
 pub(crate) fn robot_of(node: NodeRef<'_>) -> Option<NodeId> {

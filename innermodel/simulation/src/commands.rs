@@ -3,8 +3,8 @@
 use crate::devices;
 use crate::dynamics::{Dynamics, PushError};
 use crate::error::Error;
+use crate::motors::MotorGoal;
 use crate::pose2d::{FASTEST, Pose2D, Speed};
-use crate::state::MotorGoal;
 use crate::world::World;
 use innermodel::kinds::Signal;
 use innermodel::{Pose, Vector};

@@ -1,6 +1,6 @@
 //! Bodies that forces move, by a library that is linked only where it is wanted.
 
-use crate::state::MotorState;
+use crate::motors::MotorState;
 use innermodel::{NodeId, Transform, Vector};
 use innermodel_collision::Space;
 use std::collections::BTreeMap;

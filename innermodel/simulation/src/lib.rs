@@ -56,16 +56,18 @@ mod step;
 mod touch;
 mod world;
 
+pub use bases::BaseState;
+pub use batteries::BatteryState;
 pub use devices::Device;
 pub use dynamics::{Dynamics, PushError, StepResult};
 pub use edit::WorldSnapshot;
 pub use error::Error;
 pub use frames::{Cloud, CloudPoint, ImuSample, Picture, Range, Scan, Touch};
+pub use motors::{MotorGoal, MotorState};
 pub use pose2d::{Pose2D, Speed};
 pub use predict::{Collision, Predicting, Prediction};
 pub use random::Random;
 pub use sensor_noise::SensorNoise;
-pub use state::{BaseState, BatteryState, MotorGoal, MotorState};
 pub use world::World;
 
 /// The acceleration of free fall in m/s², along −y of the root.

@@ -1,16 +1,18 @@
 //! Queries of a world: its devices, and the measurements of its sensors.
 
 use crate::bases;
+use crate::bases::BaseState;
+use crate::batteries::BatteryState;
 use crate::devices::{self, Device};
 use crate::error::Error;
 use crate::frames::{Cloud, ImuSample, Picture, Scan, Touch};
+use crate::motors::MotorState;
 use crate::people;
 use crate::pictures;
 use crate::pose2d::Pose2D;
 use crate::random::Random;
 use crate::schedule::Measured;
 use crate::sensor_noise::SensorNoise;
-use crate::state::{BaseState, BatteryState, MotorState};
 use crate::world::World;
 use crate::{imu, ranges, touch};
 use innermodel::kinds::{Robot, Signal};

@@ -4,10 +4,44 @@ use crate::error::Error;
 use crate::pose2d::FASTEST;
 use crate::random::Random;
 use crate::sensor_noise::SensorNoise;
-use crate::state::{MotorGoal, MotorState};
 use innermodel::kinds::{Encoder, Signal};
 use innermodel::{Kind, NodeId, NodeRef, Snapshot};
 use std::collections::BTreeMap;
+
+/// Goal of a motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum MotorGoal {
+    /// It stays where it is.
+    #[default]
+    Hold,
+    /// It goes to a position, in rad or mm.
+    Position {
+        /// Within the limits of the joint.
+        target: f64,
+        /// At most at this speed; 0: as fast as it can.
+        speed: f64,
+    },
+    /// It moves at a speed until it is at a limit.
+    Velocity {
+        /// In rad/s or mm/s.
+        velocity: f64,
+        /// At most with this acceleration; 0: at once.
+        acceleration: f64,
+    },
+    /// The motor is off: forces alone move the joint. Without forces, it stays where it is.
+    Free,
+}
+
+/// State of a motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorState {
+    /// Goal of the motor.
+    pub goal: MotorGoal,
+    /// In rad or mm.
+    pub position: f64,
+    /// In the last step, in rad/s or mm/s.
+    pub velocity: f64,
+}
 
 /// The greatest position of a joint without a limit, in rad or mm.
 const FARTHEST: f64 = 1e9;

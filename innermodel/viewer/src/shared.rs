@@ -13,9 +13,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The program that tells trees, which ends with this one.
-struct Teller(Child);
+struct TreeProcess(Child);
 
-impl Drop for Teller {
+impl Drop for TreeProcess {
     fn drop(&mut self) {
         // It may have ended.
         let _ = self.0.kill();
@@ -60,7 +60,7 @@ pub(crate) fn show(network: Option<&OsStr>, request: &Request) -> Result<(), Fai
             "cannot run `rcdeploy`, which knows the world: {error}"
         ))
     })?;
-    let mut teller = Teller(child);
+    let mut teller = TreeProcess(child);
     let output = teller.0.stdout.take();
     let output = output.ok_or_else(|| Failure::System("`rcdeploy` has no output".to_owned()))?;
     let mut trees = Trees {

@@ -15,7 +15,7 @@ use iceoryx2::port::client::RequestSendError;
 use iceoryx2::port::{BackpressureAction, LoanError, SendError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
-use rc_middleware::started::{Awaiting, Look, StartedCalls};
+use rc_middleware::started::{Awaiting, StartedCalls, StartedState};
 use rc_middleware::{CallError, Client, Endpoint, Header, OpenError, RequestBody, Spin};
 use std::cell::{Cell, RefCell};
 use std::fmt::Debug;
@@ -266,17 +266,19 @@ impl SharedClient {
     }
 
     /// The state of a started call. If its reply has arrived, `take` gets it.
-    fn look(&self, asked: &SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> Look {
+    fn look(&self, asked: &SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> StartedState {
         // The server's state is read before the queue, so that no reply is missed.
         let gone = self.is_gone(asked.server);
         let dropped = !asked.pending.is_connected();
         match self.take(&asked.pending, take) {
-            Ok(true) => Look::Ended(Ok(())),
-            Err(error) => Look::Ended(Err(error)),
-            Ok(false) if gone => Look::Ended(Err(CallError::ServerDied(self.address.clone()))),
+            Ok(true) => StartedState::Ended(Ok(())),
+            Err(error) => StartedState::Ended(Err(error)),
+            Ok(false) if gone => {
+                StartedState::Ended(Err(CallError::ServerDied(self.address.clone())))
+            }
             // The death or departure of the server shows soon.
-            Ok(false) if dropped => Look::Lost(self.unanswered(), POLL_INTERVAL),
-            Ok(false) => Look::Pending,
+            Ok(false) if dropped => StartedState::Lost(self.unanswered(), POLL_INTERVAL),
+            Ok(false) => StartedState::Pending,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::{GuidPrefix, Peer, ReaderPort, ReplyQueue, Role, WriterPort};
 use rc_middleware::qos::REQUEST_QUEUE;
-use rc_middleware::started::{Awaiting, Look, StartedCalls};
+use rc_middleware::started::{Awaiting, StartedCalls, StartedState};
 use rc_middleware::{CallError, Spin, WakeEvent, wait};
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -140,16 +140,16 @@ impl Caller {
     }
 
     /// The state of a started call.
-    pub fn look(&self, state: CallState) -> Look {
+    pub fn look(&self, state: CallState) -> StartedState {
         match state {
             CallState {
                 reply: Some(result),
                 ..
-            } => Look::Ended(result),
+            } => StartedState::Ended(result),
             CallState {
                 has_server: false, ..
-            } => Look::Lost(CallError::ServerDied(self.address.clone()), AFTER_DEATH),
-            CallState { .. } => Look::Pending,
+            } => StartedState::Lost(CallError::ServerDied(self.address.clone()), AFTER_DEATH),
+            CallState { .. } => StartedState::Pending,
         }
     }
 

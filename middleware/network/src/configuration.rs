@@ -1,5 +1,6 @@
 //! The configuration of Cyclone DDS: its XML.
 
+use rc_diagnostics::xml::escaped;
 use std::time::Duration;
 
 /// Sizes of a packet and of a fragment in it: the largest of UDP, with room for the parameters of a
@@ -180,10 +181,4 @@ impl Configuration {
             _ => xml,
         }
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('"', "&quot;")
 }

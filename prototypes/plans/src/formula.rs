@@ -1,7 +1,7 @@
 //! The formula of a plan, as one over the numbers of a message.
 
-use crate::moving::TRANSFORM;
 use crate::plan::Plan;
+use crate::plan::TRANSFORM;
 use rc_conversion::{Formula, Operand, Operation, Step};
 use rc_formula::Operand as Term;
 use rc_formula::Operation as Done;

@@ -11,10 +11,6 @@ use rc_formula::Term;
 use rc_quantity::rotation::{Matrix, product, turned};
 use rc_quantity::{Axes, Inertia, Spatial, Transform};
 
-/// How many numbers a transform has: the rows of `[R | t]`, between two frames with the axes of
-/// ROS, in metres.
-pub const TRANSFORM: usize = 12;
-
 /// The linear and the angular part of a twist and of a wrench, which depend on the origin of their
 /// frame.
 const TWIST: [&str; 2] = ["LinearVelocity", "AngularVelocity"];

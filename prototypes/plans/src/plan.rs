@@ -1,11 +1,13 @@
 //! A plan: the steps from one prototype to another one, with their costs and losses.
 
 use crate::loss::{Bound, Loss};
-#[cfg(doc)]
-use crate::moving::TRANSFORM;
 use rc_formula::{Operation, Program};
 use std::fmt;
 use std::ops::Add;
+
+/// How many numbers a transform has: the rows of `[R | t]`, between two frames with the axes of
+/// ROS, in metres.
+pub const TRANSFORM: usize = 12;
 
 /// The kind of a step. A plan has the last kind of its steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -2,6 +2,7 @@
 //!
 //! It is a library of its own, because most programs in Python ask no graph.
 
+mod element_methods;
 mod elements;
 mod steps;
 mod values;

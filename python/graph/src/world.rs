@@ -266,7 +266,7 @@ impl World {
         self.inner.leave();
     }
 
-    /// What is wrong with the replica, if it is time to look.
+    /// The faults of the replica, if it is time to look.
     fn look(&self) -> Option<ReplicaReport> {
         let mut state = self.state();
         let now = state.steady.time();
@@ -399,7 +399,7 @@ impl World {
         Ok(None)
     }
 
-    /// What is not shown, with what it loses against.
+    /// The hidden elements, each with the one that it loses against.
     fn conflicts(&self) -> Vec<String> {
         self.inner.health().first_conflicts
     }

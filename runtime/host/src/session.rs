@@ -221,7 +221,7 @@ pub fn with<T>(use_it: impl FnOnce(&mut Session) -> Result<T, HostError>) -> Res
 /// Passes the core to `use_it`.
 ///
 /// # Errors
-/// It is there while a function of the worker runs, on its thread.
+/// The core is there only while a function of the worker runs, on its thread.
 pub fn with_core<T>(use_it: impl FnOnce(&mut Core) -> T) -> Result<T, HostError> {
     with(|session| {
         let core = session.core.as_mut().ok_or(HostError::WrongThread)?;

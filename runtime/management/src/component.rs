@@ -281,7 +281,7 @@ pub struct Status {
 /// The components of a group with a proxy, as the supervisor sees them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GroupStatus {
-    /// That of the worst component, the proxy among them.
+    /// The state of the worst component, the proxy among them.
     pub state: ComponentState,
     /// Whether all are ready.
     pub ready: bool,

@@ -1,7 +1,7 @@
 //! What a slot that converts has counted.
 
 use super::Refused;
-use rc_conversion::Ran;
+use rc_conversion::RunResult;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -12,15 +12,15 @@ pub(crate) struct ConversionCounts(Arc<Counts>);
 #[derive(Debug, Default)]
 struct Counts {
     numbers: [AtomicU64; 4],
-    /// Who provides, if that is known.
+    /// The instance that provides the values, if it is known.
     provider: Option<String>,
     /// Why the last message was refused for a value.
     last: Mutex<Option<String>>,
 }
 
-/// Whose values a message has.
+/// The end that made the values of a message.
 #[derive(Clone, Copy)]
-pub(super) enum Whose {
+pub(super) enum ValueSource {
     Own,
     Provider,
 }
@@ -65,7 +65,11 @@ impl ConversionCounts {
     }
 
     /// Counts a message. The error says whose it is.
-    pub(super) fn note(&self, whose: Whose, result: Result<Ran, Refused>) -> Result<(), String> {
+    pub(super) fn note(
+        &self,
+        whose: ValueSource,
+        result: Result<RunResult, Refused>,
+    ) -> Result<(), String> {
         let count = |at: usize| {
             self.0.numbers[at].fetch_add(1, Ordering::Relaxed);
         };
@@ -80,8 +84,8 @@ impl ConversionCounts {
             Err(refused) => refused,
         };
         let way = match whose {
-            Whose::Own => "to",
-            Whose::Provider => "from",
+            ValueSource::Own => "to",
+            ValueSource::Provider => "from",
         };
         let named = match &self.0.provider {
             Some(provider) => format!("{way} `{provider}`: {refused}"),
@@ -95,10 +99,10 @@ impl ConversionCounts {
             }
             Refused::Frames { .. } => count(2),
         }
-        // Who calls knows whose request it is.
+        // The caller knows that the request is its own.
         Err(match (whose, &self.0.provider) {
-            (Whose::Provider, Some(_)) => named,
-            (Whose::Own, _) | (Whose::Provider, None) => refused.to_string(),
+            (ValueSource::Provider, Some(_)) => named,
+            (ValueSource::Own, _) | (ValueSource::Provider, None) => refused.to_string(),
         })
     }
 }

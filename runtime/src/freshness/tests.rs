@@ -1,6 +1,7 @@
 //! Rows that were worked out by hand: what comes, how old it is then, and what the worker gets.
 
 use super::*;
+use rc_management::component::FreshnessStatus;
 use rc_middleware::Writer;
 
 /// One step of a row. Times are in milliseconds.

@@ -1,9 +1,9 @@
 //! The counts of ports: messages sent, withheld and converted, queues, mismatches.
 
 use super::Connections;
+use crate::ages::FreshCounts;
 use crate::converting::ConversionCounts;
 use crate::forwarded::ForwardCounts;
-use crate::freshness::FreshCounts;
 use rc_management::component::ClockKind;
 use rc_middleware::{Counter, QueueGauge};
 

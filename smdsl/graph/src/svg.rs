@@ -1,7 +1,8 @@
 //! The elements of SVG: frames, lines, boxes, in this order.
 
 use crate::boxes::{Boxes, Content, DOT, HEAD, NAME, ROW, SIDE, name, rows};
-use rc_drawing::{INK, forks, head, path, rounded, text, xml};
+use rc_diagnostics::xml::escaped;
+use rc_drawing::{INK, forks, head, path, rounded, text};
 use rc_graph_layout::{Layout, Rect};
 use rc_smdsl::StateMachine;
 use rc_smdsl::model::{StateId, StateKind};
@@ -73,7 +74,7 @@ fn state(machine: &StateMachine, id: StateId, rect: &Rect, is_active: bool) -> S
         (StateKind::Plain, _) => "state",
     };
     let title = format!("{kind} {}{active}{doc}", it.name.text);
-    let lines: Vec<String> = title.lines().map(xml).collect();
+    let lines: Vec<String> = title.lines().map(escaped).collect();
     out += &format!("<title>{}</title>\n", lines.join("\n"));
     out += &rounded(rect, 6, &format!("fill=\"{fill}\" {}", stroke(is_active)));
     if it.kind == StateKind::End {
@@ -115,7 +116,7 @@ fn lines(boxes: &Boxes, layout: &Layout) -> String {
         };
         drawn += &format!(
             "<g><title>{}</title><path d=\"{paths}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"{dashes}/></g>\n",
-            xml(&line.title)
+            escaped(&line.title)
         );
         heads.extend(routes.iter().filter_map(|route| route.last().copied()));
     }

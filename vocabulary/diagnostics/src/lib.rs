@@ -2,7 +2,7 @@
 //!
 //! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
 //! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
-//! outside, and [`print`] is how the tools print.
+//! outside, [`xml`] escapes it, and [`print`] is how the tools print.
 
 mod characters;
 mod diagnostic;
@@ -12,6 +12,7 @@ mod nearest;
 pub mod print;
 pub mod render;
 mod source;
+pub mod xml;
 
 pub use characters::stray_character;
 pub use diagnostic::{Diagnostic, Diagnostics, Label, Severity};

@@ -1,7 +1,7 @@
 //! Policies that differ from the default of a role.
 
 use super::Qos;
-use super::policy::{Policy, PolicyName, PolicyValue};
+use super::policy::{Policy, PolicyName, PolicyValue, Values};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -79,8 +79,13 @@ fn write(policy: Policy) -> Scalar {
 /// The policy with this value. `None` if the value has another type.
 fn read(name: PolicyName, value: &Scalar) -> Option<Policy> {
     let value = match *value {
-        Scalar::Word(_) if !matches!(name, PolicyName::Stale) => return None,
-        Scalar::Word(ref word) => return name.read(crate::scalar::Scalar::Text(word)),
+        Scalar::Word(ref word) => {
+            // Other policies with words are `true` or `false`.
+            let is_word = matches!(name.values(), Values::Words(_)) && name.flag().is_none();
+            return is_word
+                .then(|| name.read(crate::scalar::Scalar::Text(word)))
+                .flatten();
+        }
         Scalar::Choice(choice) => name.chosen(choice)?,
         Scalar::Number(time) if name.is_time() => PolicyValue::Time(Duration::from_nanos(time)),
         Scalar::Number(count) => PolicyValue::Count(u32::try_from(count).ok()?),

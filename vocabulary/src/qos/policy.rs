@@ -30,7 +30,7 @@ pub enum PolicyName {
     Spin,
     /// The age up to which a value counts as fresh.
     Fresh,
-    /// What is done with a value that is not fresh.
+    /// The use of a value that is not fresh.
     Stale,
     /// How long the last reply answers a query.
     Cache,
@@ -74,7 +74,7 @@ pub enum Policy {
     Spin(Duration),
     /// The age up to which a value counts as fresh.
     Fresh(Option<Duration>),
-    /// What is done with a value that is not fresh.
+    /// The use of a value that is not fresh.
     Stale(Stale),
     /// How long the last reply answers a query; never without a time.
     Cache(Option<Duration>),

@@ -1,26 +1,13 @@
-//! Questions about missing changes, and their answers in chunks.
+//! Questions about missing changes, and their answers, while they are under way.
 
-use crate::content::Content;
-use crate::core::Core;
-use crate::digest::RANGES;
 use crate::message::MOST_CHUNK;
-use crate::peers::{PAUSE, Peer, missing};
-use crate::protocol::between;
-use crate::wire;
 use graph_merge::Vector;
-use property_graph::{Graph, Time};
 use std::time::Duration;
 
-/// After so long without a chunk, a replica asks again.
-const RETRY: Duration = Duration::from_millis(300);
-/// How often a replica repeats a question to the same other one.
-const MOST_TRIES: u32 = 10;
-/// How many chunks are on the way at most.
-const WINDOW: usize = 8;
 /// How many bytes an answer has at most, and all together that are kept until they have arrived.
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
-const KEPT_FOR: Duration = Duration::from_secs(5);
+pub(crate) const KEPT_FOR: Duration = Duration::from_secs(5);
 
 /// A question of another replica.
 pub(crate) struct Question {
@@ -32,44 +19,44 @@ pub(crate) struct Question {
 }
 
 /// A question of this replica that is not answered yet.
-struct Asked {
-    to: u64,
-    number: u64,
-    since: Vector,
+pub(crate) struct Asked {
+    pub(crate) to: u64,
+    pub(crate) number: u64,
+    pub(crate) since: Vector,
     /// The changes that the other replica had announced.
-    announced: Vector,
-    ranges: Vec<u32>,
-    heard: Duration,
-    tries: u32,
+    pub(crate) announced: Vector,
+    pub(crate) ranges: Vec<u32>,
+    pub(crate) heard: Duration,
+    pub(crate) tries: u32,
     /// Empty until the first chunk arrives.
-    chunks: Vec<Option<Vec<u8>>>,
+    pub(crate) chunks: Vec<Option<Vec<u8>>>,
     /// How many chunks are on the way.
-    waiting: usize,
+    pub(crate) waiting: usize,
 }
 
 /// An answer of this replica.
-struct Answer {
-    to: u64,
-    number: u64,
-    bytes: Vec<u8>,
+pub(crate) struct Answer {
+    pub(crate) to: u64,
+    pub(crate) number: u64,
+    pub(crate) bytes: Vec<u8>,
     /// When it was last asked for.
-    asked: Duration,
+    pub(crate) asked: Duration,
 }
 
 /// Questions and answers.
 #[derive(Default)]
 pub(crate) struct Answers {
-    asked: Option<Asked>,
-    number: u64,
-    kept: Vec<Answer>,
+    pub(crate) asked: Option<Asked>,
+    pub(crate) number: u64,
+    pub(crate) kept: Vec<Answer>,
     /// The last one that was asked.
-    last: u64,
+    pub(crate) last: u64,
     /// Whether somebody who had nothing was answered since the values of streams were last repeated.
     pub(crate) has_new: bool,
 }
 
 impl Answer {
-    fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.bytes.len().div_ceil(MOST_CHUNK).max(1)
     }
 }
@@ -83,7 +70,7 @@ impl Answers {
 
     /// Keeps an answer until it has arrived. Returns its place, or `None` if the others that are on the
     /// way leave no room for it.
-    fn keep(&mut self, answer: Answer) -> Option<usize> {
+    pub(crate) fn keep(&mut self, answer: Answer) -> Option<usize> {
         self.kept.retain(|other| other.to != answer.to);
         let bytes: usize = self.kept.iter().map(|other| other.bytes.len()).sum();
         if !self.kept.is_empty() && bytes + answer.bytes.len() > MOST_ANSWER {
@@ -91,272 +78,5 @@ impl Answers {
         }
         self.kept.push(answer);
         Some(self.kept.len() - 1)
-    }
-}
-
-impl Core {
-    /// Asks the questions that are due. Returns when to look again.
-    pub(crate) fn ask(&mut self, now: Duration) -> Option<Duration> {
-        if let Some(asked) = &mut self.protocol.answers.asked {
-            let due = asked.heard.saturating_add(RETRY);
-            if now < due {
-                return Some(due);
-            }
-            asked.tries += 1;
-            let is_there = self.protocol.peers.all.get(&asked.to);
-            let is_there = is_there.is_some_and(Peer::is_live);
-            // No other replica is asked for an answer of which parts are here.
-            let most = if asked.chunks.is_empty() {
-                1
-            } else {
-                MOST_TRIES
-            };
-            if asked.tries > most || !is_there {
-                let is_unanswered = asked.chunks.is_empty();
-                let peer = self.protocol.peers.all.get_mut(&asked.to);
-                if let Some(peer) = peer.filter(|_| is_unanswered) {
-                    peer.unanswered = peer.unanswered.saturating_add(1);
-                }
-                self.protocol.answers.asked = None;
-                self.protocol.ask_by(now);
-            } else {
-                self.ask_again(now);
-                return Some(now.saturating_add(RETRY));
-            }
-        }
-        let at = self.protocol.ask_at?;
-        if now < at {
-            return Some(at);
-        }
-        self.protocol.ask_at = self.ask_somebody(now);
-        let asked = self.protocol.answers.asked.as_ref();
-        let again = asked.map(|_| now.saturating_add(RETRY));
-        again.or(self.protocol.ask_at)
-    }
-
-    /// Asks the next one of those that have something. If none of them may be asked yet, returns
-    /// the earliest time.
-    fn ask_somebody(&mut self, now: Duration) -> Option<Duration> {
-        let seen = self.replica.seen();
-        let all = self.protocol.peers.live();
-        let all: Vec<(u64, &Peer)> = all.filter(|(_, peer)| peer.has_more(seen)).collect();
-        let having = all.iter().filter(|(_, peer)| peer.ask_after <= now);
-        let mut having: Vec<u64> = having.map(|(writer, _)| *writer).collect();
-        let earliest = all.iter().map(|(_, peer)| peer.ask_after).min();
-        let mut ranges = Vec::new();
-        if having.is_empty() {
-            let wrong = self.protocol.peers.live();
-            let mut wrong = wrong.filter(|(_, peer)| !peer.wrong_ranges.is_empty());
-            if let Some((writer, peer)) = wrong.next() {
-                having.push(writer);
-                ranges.clone_from(&peer.wrong_ranges);
-            }
-        }
-        let answers = &mut self.protocol.answers;
-        let next = having.iter().find(|writer| **writer > answers.last);
-        let Some(to) = next.or(having.first()).copied() else {
-            return earliest;
-        };
-        let peer = self.protocol.peers.all.get_mut(&to)?;
-        peer.wrong_ranges.clear();
-        answers.last = to;
-        answers.number += 1;
-        answers.asked = Some(Asked {
-            to,
-            number: answers.number,
-            since: seen.clone(),
-            announced: peer.seen.clone(),
-            ranges,
-            heard: now,
-            tries: 0,
-            chunks: Vec::new(),
-            waiting: WINDOW,
-        });
-        self.protocol.counts.asked += 1;
-        self.ask_again(now);
-        None
-    }
-
-    /// Asks for the chunks that are missing.
-    fn ask_again(&mut self, now: Duration) {
-        let sender = self.protocol.writer;
-        let Some(asked) = &mut self.protocol.answers.asked else {
-            return;
-        };
-        asked.heard = now;
-        let missing = asked.chunks.iter().enumerate();
-        let missing = missing.filter(|(_, chunk)| chunk.is_none());
-        let chunks: Vec<u32> = missing.map(|(at, _)| at as u32).take(WINDOW).collect();
-        asked.waiting = chunks.len();
-        let message = Content::Ask {
-            sender,
-            to: asked.to,
-            number: asked.number,
-            since: asked.since.clone(),
-            ranges: asked.ranges.clone(),
-            chunks,
-        };
-        self.protocol.send(message);
-    }
-
-    /// Answers a question, as far as there is room for it.
-    pub(crate) fn answer(&mut self, question: &Question, now: Duration) {
-        self.replica.acknowledge(question.sender, &question.since);
-        if !self.protocol.has_room() {
-            return;
-        }
-        self.protocol.answers.expire(now);
-        let (to, number) = (question.sender, question.number);
-        let kept = self.protocol.answers.kept.iter();
-        let mut known = kept.enumerate();
-        let known = known.find(|(_, answer)| answer.to == to && answer.number == number);
-        let at = match known {
-            Some((at, _)) => Some(at),
-            // Made again, it would have other chunks.
-            None if !question.chunks.is_empty() => None,
-            None => self.make_answer(question, now),
-        };
-        let answer = at.and_then(|at| self.protocol.answers.kept.get_mut(at));
-        let Some(answer) = answer else {
-            return;
-        };
-        answer.asked = now;
-        let count = answer.count();
-        let wanted: Vec<usize> = if question.chunks.is_empty() {
-            (0..count.min(WINDOW)).collect()
-        } else {
-            let chunks = question.chunks.iter().map(|at| *at as usize);
-            chunks.filter(|at| *at < count).take(WINDOW).collect()
-        };
-        let sender = self.protocol.writer;
-        let parts = wanted.into_iter().map(|at| {
-            let begin = at * MOST_CHUNK;
-            let end = (begin + MOST_CHUNK).min(answer.bytes.len());
-            Content::Chunk {
-                sender,
-                to,
-                number,
-                at: at as u32,
-                count: count as u32,
-                bytes: answer.bytes[begin..end].to_vec(),
-            }
-        });
-        for part in parts.collect::<Vec<_>>() {
-            self.protocol.send(part);
-        }
-    }
-
-    /// Makes the answer to a new question. Returns its place.
-    fn make_answer(&mut self, question: &Question, now: Duration) -> Option<usize> {
-        let peer = self.protocol.peers.all.get_mut(&question.sender)?;
-        let is_soon = peer
-            .answered
-            .is_some_and(|last| now < last.saturating_add(PAUSE));
-        if is_soon {
-            return None;
-        }
-        peer.answered = Some(now);
-        let Some(bytes) = self.answer_of(question) else {
-            let reason = "a replica lacks more than an answer holds, which is 64 MiB";
-            self.protocol.refuse(reason);
-            return None;
-        };
-        let at = self.protocol.answers.keep(Answer {
-            to: question.sender,
-            number: question.number,
-            bytes,
-            asked: now,
-        })?;
-        self.protocol.counts.answered += 1;
-        self.protocol.answers.has_new |= question.since.is_empty();
-        Some(at)
-    }
-
-    fn answer_of(&self, question: &Question) -> Option<Vec<u8>> {
-        let deltas = if question.ranges.is_empty() {
-            vec![self.replica.delta_since(&question.since)]
-        } else {
-            let mut ranges: Vec<u32> = question.ranges.clone();
-            ranges.sort_unstable();
-            ranges.dedup();
-            let ranges = ranges
-                .into_iter()
-                .filter(|range| (*range as usize) < RANGES);
-            ranges
-                .map(|range| self.replica.range(range as usize, RANGES))
-                .collect()
-        };
-        let size: usize = deltas.iter().map(|delta| wire::size(&delta.records)).sum();
-        (size <= MOST_ANSWER).then(|| wire::answer(&deltas))
-    }
-
-    /// Takes a part of an answer.
-    pub(crate) fn take_chunk(
-        &mut self,
-        graph: &Graph,
-        time: Time,
-        now: Duration,
-        (sender, number): (u64, u64),
-        (at, count): (u32, u32),
-        bytes: Vec<u8>,
-    ) {
-        let (at, count) = (at as usize, count as usize);
-        let answers = &mut self.protocol.answers;
-        let asked = answers.asked.as_mut();
-        let asked = asked.filter(|asked| asked.to == sender && asked.number == number);
-        let Some(asked) = asked else { return };
-        let is_first = asked.chunks.is_empty();
-        let is_sound = at < count
-            && count <= MOST_ANSWER / MOST_CHUNK + 1
-            && (is_first || asked.chunks.len() == count)
-            && bytes.len() <= MOST_CHUNK;
-        if !is_sound {
-            return self
-                .protocol
-                .refuse("a chunk of an answer does not fit the others");
-        }
-        if is_first {
-            asked.chunks = vec![None; count];
-            asked.waiting = count.min(WINDOW);
-            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
-                peer.unanswered = 0;
-            }
-        }
-        // A repeated part is no sign that the others follow.
-        if asked.chunks[at].is_none() {
-            asked.heard = now;
-            asked.chunks[at] = Some(bytes);
-            asked.tries = 0;
-            asked.waiting = asked.waiting.saturating_sub(1);
-        }
-        if asked.chunks.iter().all(Option::is_some) {
-            let chunks = std::mem::take(&mut asked.chunks);
-            let announced = std::mem::take(&mut asked.announced);
-            answers.asked = None;
-            let whole: Vec<u8> = chunks.into_iter().flatten().flatten().collect();
-            self.take_answer(graph, time, now, &whole);
-            let is_fruitless = missing(&announced, self.replica.seen()) > 0;
-            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
-                peer.has_answered(now, is_fruitless);
-            }
-        } else if asked.waiting == 0 {
-            self.ask_again(now);
-        }
-    }
-
-    pub(crate) fn take_answer(&mut self, graph: &Graph, time: Time, now: Duration, whole: &[u8]) {
-        match wire::read_answer(whole) {
-            Ok(deltas) => {
-                for delta in deltas {
-                    let at = between(time, graph.snapshot().time(), time);
-                    self.merge_answer(graph, at, &delta);
-                }
-                self.take_waiting(graph, time);
-            }
-            Err(error) => self.protocol.refuse(&error.to_string()),
-        }
-        if self.lacks() {
-            self.protocol.ask_by(now.saturating_add(PAUSE));
-        }
     }
 }

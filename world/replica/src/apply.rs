@@ -1,7 +1,7 @@
 //! Shows the contents of the replica in the graph: only the changed elements, if that is enough.
 
 use crate::core::Core;
-use crate::local::attributes;
+use crate::start::attributes;
 use graph_merge::{Hidden, Shown, allows};
 use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, in_order};
 use std::collections::{BTreeMap, BTreeSet};

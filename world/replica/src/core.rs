@@ -5,7 +5,6 @@ use crate::protocol::Protocol;
 use crate::rights::Rights;
 use crate::streams::Streams;
 use crate::token::Token;
-use crate::world::Setup;
 use graph_merge::{Conflict, Hidden, Replica};
 use graph_schema::Schema;
 use std::collections::VecDeque;
@@ -35,12 +34,12 @@ pub(crate) struct Core {
 }
 
 impl Core {
-    pub(crate) fn new(setup: Setup) -> Self {
-        let protocol = Protocol::new(setup.writer, setup.name, &setup.schema);
+    pub(crate) fn new(writer: u64, name: String, schema: Arc<Schema>, rights: Rights) -> Self {
+        let protocol = Protocol::new(writer, name, &schema);
         Self {
-            replica: Replica::new(setup.writer, []),
-            schema: setup.schema,
-            rights: setup.rights,
+            replica: Replica::new(writer, []),
+            schema,
+            rights,
             streams: Streams::default(),
             is_whole: true,
             is_stale: false,

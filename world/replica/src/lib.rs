@@ -30,11 +30,14 @@
 
 mod answers;
 mod apply;
+mod asking;
 mod check;
 mod content;
 mod core;
+mod counts;
 mod digest;
 mod error;
+mod exchange;
 mod frames;
 mod gaps;
 mod health;
@@ -56,6 +59,7 @@ mod wire;
 mod world;
 
 pub use content::Topic;
+pub use counts::Counts;
 pub use error::Error;
 pub use frames::transform;
 pub use graph_merge::{Conflict, Reason};
@@ -66,7 +70,7 @@ pub use overheard::Overheard;
 pub use overruled::Overruled;
 pub use property_graph;
 pub use rights::Rights;
-pub use status::{Counts, PeerStatus, Status};
+pub use status::{PeerStatus, Status};
 pub use steady::Steady;
 pub use token::Token;
 pub use watch::{Seen, Watch};

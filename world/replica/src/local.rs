@@ -5,6 +5,7 @@ use crate::core::{Core, MOST_ELEMENTS};
 use crate::error::Error;
 use crate::protocol::between;
 use crate::rights::type_of;
+use crate::start::attributes;
 use crate::streams::Sample;
 use crate::token::Token;
 use graph_merge::{Delta, Replica};
@@ -232,16 +233,5 @@ pub(crate) fn id_of(of: &Snapshot, element: Element) -> Result<Id, property_grap
     match element {
         Element::Node(node) => Ok(of.node(node)?.id()),
         Element::Edge(edge) => Ok(of.edge(edge)?.id()),
-    }
-}
-
-/// The attributes of an element that were set, as they were set.
-pub(crate) fn attributes(
-    of: &Snapshot,
-    element: Element,
-) -> Result<BTreeMap<&str, &Value>, property_graph::Error> {
-    match element {
-        Element::Node(node) => Ok(of.node(node)?.attributes().collect()),
-        Element::Edge(edge) => Ok(of.edge(edge)?.attributes().collect()),
     }
 }

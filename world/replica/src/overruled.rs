@@ -1,8 +1,8 @@
 //! Values that two replicas gave one attribute without knowing of each other.
 
-use crate::core::Core;
-use graph_merge::{Delta, Record};
+use graph_merge::{Delta, Record, Replica};
 use property_graph::{Id, Value};
+use std::collections::VecDeque;
 
 /// How many are kept until the component takes them.
 const MOST_KEPT: usize = 256;
@@ -26,8 +26,8 @@ pub struct Overruled {
 /// Notes the values of a delta that lose against those of this replica. They were made without
 /// knowing of each other: this replica gets the other value only now, and the greater count says
 /// that the other one did not know this value.
-pub(crate) fn note(core: &mut Core, delta: &Delta) {
-    let own = core.replica.writer();
+pub(crate) fn note(all: &mut VecDeque<Overruled>, replica: &Replica, delta: &Delta) {
+    let own = replica.writer();
     for record in &delta.records {
         let Record::Attribute {
             stamp,
@@ -39,18 +39,23 @@ pub(crate) fn note(core: &mut Core, delta: &Delta) {
             continue;
         };
         let is_lost = stamp.writer != own
-            && stamp.sequence > core.seen(stamp.writer)
-            && core.replica.stamp_of(*of, name).is_some_and(|shown| {
+            && stamp.sequence
+                > replica
+                    .seen()
+                    .get(&stamp.writer)
+                    .copied()
+                    .unwrap_or_default()
+            && replica.stamp_of(*of, name).is_some_and(|shown| {
                 shown.writer == own && (stamp.count, stamp.writer) < (shown.count, shown.writer)
             });
-        let shown = core.replica.get(*of, name);
+        let shown = replica.get(*of, name);
         if !is_lost || shown == value.as_ref() {
             continue;
         }
-        if core.overruled.len() == MOST_KEPT {
-            core.overruled.pop_front();
+        if all.len() == MOST_KEPT {
+            all.pop_front();
         }
-        core.overruled.push_back(Overruled {
+        all.push_back(Overruled {
             of: *of,
             attribute: name.clone(),
             shown: shown.cloned(),

@@ -1,10 +1,9 @@
 //! The initial contents of a world, as changes that are equal in every replica.
 
 use crate::error::Error;
-use crate::local::attributes;
 use graph_merge::Replica;
-use property_graph::{EdgeRef, Element, Id, NodeRef, Snapshot, in_order};
-use std::collections::HashMap;
+use property_graph::{EdgeRef, Element, Id, NodeRef, Snapshot, Value, in_order};
+use std::collections::{BTreeMap, HashMap};
 
 /// Makes the elements of a graph, in the order of their ids.
 pub(crate) fn record(replica: &mut Replica, start: &Snapshot) -> Result<(), Error> {
@@ -42,4 +41,15 @@ fn set(replica: &mut Replica, start: &Snapshot, id: Id, element: Element) -> Res
         replica.set(id, name, Some(value.clone()))?;
     }
     Ok(())
+}
+
+/// The attributes of an element that were set, as they were set.
+pub(crate) fn attributes(
+    of: &Snapshot,
+    element: Element,
+) -> Result<BTreeMap<&str, &Value>, property_graph::Error> {
+    match element {
+        Element::Node(node) => Ok(of.node(node)?.attributes().collect()),
+        Element::Edge(edge) => Ok(of.edge(edge)?.attributes().collect()),
+    }
 }

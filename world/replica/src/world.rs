@@ -94,7 +94,12 @@ impl World {
         Self {
             graph: Graph::new(Arc::clone(&setup.schema), setup.writer),
             clock: Arc::clone(&setup.clock),
-            core: Mutex::new(Core::new(setup)),
+            core: Mutex::new(Core::new(
+                setup.writer,
+                setup.name,
+                setup.schema,
+                setup.rights,
+            )),
             changed: Condvar::new(),
             waiting: AtomicUsize::new(0),
         }

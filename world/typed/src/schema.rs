@@ -33,7 +33,7 @@ const fn are_equal(one: &[u8], other: &[u8]) -> bool {
 /// checked them. Tools get them from the component.
 ///
 /// # Errors
-/// What is wrong with the files.
+/// An error in the files.
 pub fn schema(core: &Core, files: &[(&str, &str)]) -> Result<Arc<Schema>, String> {
     core.set_world_schema(files);
     let mut sources = SourceMap::new();

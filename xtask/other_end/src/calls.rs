@@ -27,7 +27,7 @@ const LONG: i32 = 60_000;
 pub fn client(other: &OtherEnd, backend: &dyn Backend) -> TypesClient {
     let endpoint = other
         .network
-        .calls(&other.package, "Types", types::OPERATIONS);
+        .calls(other.package.slot("Types"), types::OPERATIONS);
     let port = backend.client(&endpoint).expect("a client");
     let mut client = TypesClient::new(TypedClient::new(port, LIMIT));
     // Over ROS 2, a server may be found first and be ready for this client some time later.
@@ -171,8 +171,8 @@ pub(crate) fn calls_are_made(other: &OtherEnd) {
     std::thread::scope(|scope| {
         scope.spawn(|| {
             let backend = other.network.join("mirror");
-            let slot = &other.package;
-            let endpoint = other.network.calls(slot, "Mirror", mirror::OPERATIONS);
+            let slot = other.package.slot("Mirror");
+            let endpoint = other.network.calls(slot, mirror::OPERATIONS);
             let mut server = backend.server(&endpoint).expect("a server");
             serve(&mut *server, &ends, &dies, &idle);
         });

@@ -1,7 +1,6 @@
 //! A network in which the test has endpoints of its own.
 
 use crate::LIMIT;
-use crate::process::Package;
 use rc_middleware::typed::Operation;
 use rc_middleware::{
     Address, Backend, Endpoint, Environment, ExternalType, Qos, RunDirectory, Settings,
@@ -125,19 +124,13 @@ impl Network {
         })
     }
 
-    /// The other end of a slot of the component, which has calls.
-    pub(crate) fn calls(
-        &self,
-        package: &Package,
-        slot: &str,
-        operations: &[Operation],
-    ) -> Endpoint {
-        let described = package.slot(slot);
+    /// The other end of a slot, which has calls.
+    pub(crate) fn calls(&self, described: &Value, operations: &[Operation]) -> Endpoint {
         let name = described["type_name"].as_str().expect("a name").to_owned();
         let hash = described["type_hash"].as_str().expect("a hash");
         let hash = u64::from_str_radix(hash, 16).expect("a hash");
         Endpoint {
-            address: self.address(slot),
+            address: self.address(described),
             types: TypeIdentity { name, hash },
             qos: Qos {
                 timeout: LIMIT,
@@ -147,19 +140,17 @@ impl Network {
         }
     }
 
-    /// The other end of one topic of a slot of the component.
+    /// The other end of one topic of a slot.
     pub(crate) fn topic(
         &self,
-        package: &Package,
-        slot: &str,
+        described: &Value,
         operations: &[Operation],
         operation: &Operation,
         qos: Qos,
     ) -> Endpoint {
-        let described = package.slot(slot);
         let name = described["type_name"].as_str().expect("a name");
         Endpoint {
-            address: self.address(slot).join(operation.name),
+            address: self.address(described).join(operation.name),
             types: TypeIdentity {
                 name: format!("{name}/{}", operation.name),
                 hash: operation.type_hash,
@@ -169,7 +160,8 @@ impl Network {
         }
     }
 
-    fn address(&self, slot: &str) -> Address {
+    fn address(&self, described: &Value) -> Address {
+        let slot = described["name"].as_str().expect("a name");
         Address::parse(&format!("{}/{slot}", self.name)).expect("an address")
     }
 }

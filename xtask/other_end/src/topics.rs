@@ -89,7 +89,7 @@ fn subscriber(
     qos: Qos,
 ) -> Box<dyn Subscriber> {
     let network = &other.network;
-    let endpoint = network.topic(&other.package, slot, operations, operation, qos);
+    let endpoint = network.topic(other.package.slot(slot), operations, operation, qos);
     backend.subscriber(&endpoint).expect("a subscriber")
 }
 
@@ -103,7 +103,7 @@ fn publisher(
     qos: Qos,
 ) -> Result<TypedPublisher, rc_middleware::OpenError> {
     let operation = operations[number];
-    let endpoint = network.topic(package, slot, operations, &operation, qos);
+    let endpoint = network.topic(package.slot(slot), operations, &operation, qos);
     Ok(TypedPublisher::new(
         backend.publisher(&endpoint)?,
         operation,
@@ -150,7 +150,7 @@ pub(crate) fn earlier_values_arrive(other: &OtherEnd) {
     let backend = other.network.join("later");
     let endpoint = other
         .network
-        .calls(&other.package, "Types", types::OPERATIONS);
+        .calls(other.package.slot("Types"), types::OPERATIONS);
     let port = backend.client(&endpoint).expect("a client");
     let mut client = TypesClient::new(TypedClient::new(port, LIMIT));
     let last = NUMBERS[1..].to_vec();

@@ -3,7 +3,7 @@
 
 use super::flow::{Flow, nanoseconds};
 use super::report::{self, slow_chain, stale_chain};
-use super::search::{self, Search, Ways};
+use super::search::{self, FoundPaths, Search};
 use super::{ASSUMED_TRANSPORT, CheckedChain, Link, Path, Port};
 use crate::bounds::{self, Arrival, Hop, Rate, Way};
 use crate::model::Network;
@@ -129,16 +129,16 @@ impl ChainCheck<'_> {
             through: &through,
         };
         match search.run() {
-            Ways::One(path) => Some(path),
-            Ways::None(reached) => {
+            FoundPaths::One(path) => Some(path),
+            FoundPaths::None(reached) => {
                 found.push(self.broken_chain(chain, &reached));
                 None
             }
-            Ways::Several(paths) => {
+            FoundPaths::Several(paths) => {
                 found.push(self.ambiguous_chain(chain, &paths));
                 None
             }
-            Ways::TooMany => {
+            FoundPaths::TooMany => {
                 let message = format!("chain `{}` has too many ways to look at", chain.name.text);
                 let error = Diagnostic::error("ambiguous-chain", chain.name.span, message);
                 found.push(error.help(

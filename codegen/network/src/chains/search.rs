@@ -22,7 +22,7 @@ pub(super) struct Search<'a> {
 }
 
 /// The ways that there are.
-pub(super) enum Ways {
+pub(super) enum FoundPaths {
     None(Reached),
     One(Path),
     Several(Vec<Path>),
@@ -51,7 +51,7 @@ struct State {
 }
 
 impl Search<'_> {
-    pub(super) fn run(&self) -> Ways {
+    pub(super) fn run(&self) -> FoundPaths {
         let useful = self.leading_to_end();
         let mut state = State {
             links: Vec::new(),
@@ -72,10 +72,10 @@ impl Search<'_> {
             found.retain(is_exact);
         }
         match found.len() {
-            0 | 1 if state.steps >= STEPS => Ways::TooMany,
-            0 => Ways::None(self.reached()),
-            1 => Ways::One(found.remove(0)),
-            _ => Ways::Several(found),
+            0 | 1 if state.steps >= STEPS => FoundPaths::TooMany,
+            0 => FoundPaths::None(self.reached()),
+            1 => FoundPaths::One(found.remove(0)),
+            _ => FoundPaths::Several(found),
         }
     }
 

@@ -9,7 +9,7 @@ use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_codegen::Project;
-use rc_vocabulary::{Language, Middlewares};
+use rc_vocabulary::{Builder, Middlewares};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -53,7 +53,7 @@ impl Programs {
             }
         }
         let mut scripted = scripts.values().flat_map(BTreeMap::values);
-        if scripted.any(|(project, _)| project.language() == Some(Language::Cpp)) {
+        if scripted.any(|(project, _)| project.builder() == Builder::Cmake) {
             // Before cargo builds for minutes.
             cmake::check()?;
         }
@@ -152,14 +152,19 @@ impl Programs {
         let (mut has_tree, mut has_world) = (false, false);
         for (program, (project, variant)) in scripts {
             let path = target.join(profile.folder()).join(program);
-            if project.language() == Some(Language::Cpp) {
-                programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
-            } else {
-                has_tree |= launcher::has_tree(project);
-                has_world |= project.world.is_some();
-                launchers.push(launcher::of(
-                    project, &root, &target, profile, variant, path,
-                )?);
+            match project.builder() {
+                Builder::Cmake => {
+                    programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
+                }
+                Builder::Interpreter => {
+                    has_tree |= launcher::has_tree(project);
+                    has_world |= project.world.is_some();
+                    launchers.push(launcher::of(
+                        project, &root, &target, profile, variant, path,
+                    )?);
+                }
+                // Its workspace has its program.
+                Builder::Cargo => {}
             }
         }
         let mut crates = Vec::new();

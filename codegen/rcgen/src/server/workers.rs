@@ -5,7 +5,7 @@ use super::known_files::changed_at;
 use super::names::{Kind, Symbol};
 use super::place::Text;
 use rc_codegen::purpose::Purpose;
-use rc_codegen::stubs;
+use rc_codegen::worker;
 use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::{SourceId, SourceMap};
 use std::collections::{BTreeMap, HashMap};
@@ -93,7 +93,7 @@ fn read_handlers(cdsl: &Path, loader: &FileLoader) -> (Vec<Handler>, Vec<PathBuf
         read.extend(sources.ids().map(|id| sources.path(id).to_path_buf()));
         return (Vec::new(), read);
     }
-    let pieces = stubs::handlers(&project, &mut sources).unwrap_or_default();
+    let pieces = worker::handlers(&project, &mut sources).unwrap_or_default();
     for id in sources.ids() {
         let path = sources.path(id);
         read.push(path.to_path_buf());

@@ -28,7 +28,7 @@ pub(super) struct Definitions {
     /// Schemas of the present file, by their numbers in it.
     schemas: BTreeMap<u16, Arc<Schema>>,
     channels: BTreeMap<u16, Arc<Channel>>,
-    /// Those of all files.
+    /// Schemas and channels of all files.
     all_schemas: HashSet<Arc<Schema>>,
     all: Vec<Arc<Channel>>,
     by_hash: HashMap<u64, Vec<Arc<Channel>>>,

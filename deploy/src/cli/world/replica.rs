@@ -187,7 +187,7 @@ impl Listener {
         }
     }
 
-    /// The same, and waits until a change is here. `None` at Ctrl-C.
+    /// Joins as [`joined`](Self::joined), and waits until a change is here. `None` at Ctrl-C.
     pub(super) fn joined_after(
         network: &str,
         token: Option<Token>,

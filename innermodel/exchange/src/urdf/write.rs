@@ -4,6 +4,7 @@ use super::METRE;
 use crate::matrix::{OF_MESH, Placement, TO_URDF, Vector, apply, product, rpy};
 use crate::shapes::{board, place};
 use innermodel_language::model::{Document, Kind, Node, Plane, Shape};
+use rc_diagnostics::xml::escaped;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
 /// Effort and velocity of a joint that moves, which URDF demands and InnerModel may lack: newtons
@@ -59,11 +60,6 @@ fn is_frame(kind: &Kind) -> bool {
                 | Kind::Imu(_)
                 | Kind::PointCloud
         )
-}
-
-fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn numbers(numbers: Vector) -> String {

@@ -79,7 +79,7 @@ fn values_are_escaped_and_rounded_for_the_eye_only() {
     let kind = &document.nodes[at].kind;
     assert!(matches!(kind, innermodel_language::Kind::Plane(plane) if plane.texture == text));
     let again = set(&new, "c", "texture", &Value::Text("it's".to_owned()));
-    assert!(again.contains("texture=\"it&apos;s\""), "{again}");
+    assert!(again.contains("texture=\"it&#39;s\""), "{again}");
     for (value, written) in [
         (1_250.000_000_000_000_2, "1250"),
         (-0.0, "0"),

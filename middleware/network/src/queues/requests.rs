@@ -196,7 +196,7 @@ mod tests {
         let queues = RequestQueues::new(1 << 20);
         queues.put((1, 0), 8, 'a');
         queues.put((2, 0), 8, 'b');
-        // What comes meanwhile does not wait, and what is not served keeps its place.
+        // A message that comes meanwhile does not wait. Requests that are not served keep their places.
         let next = queues.next(|request| {
             queues.put((1, 0), 8, 'c');
             queues.put((3, 0), 8, 'd');

@@ -2,9 +2,10 @@
 
 mod text;
 
+use rc_diagnostics::xml::escaped;
 use rc_graph_layout::{Point, Rect};
 use std::collections::{BTreeMap, BTreeSet};
-pub use text::{width, wrap, xml};
+pub use text::{width, wrap};
 
 /// The radius of the corners of lines.
 const ROUND: i32 = 5;
@@ -20,7 +21,7 @@ pub fn document(title: &str, size: Point, elements: &str) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
          font-family=\"sans-serif\" font-size=\"10\" fill=\"{INK}\">\n<title>{}</title>\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
-        xml(title),
+        escaped(title),
         at(Point::new(MARGIN, MARGIN), elements)
     )
 }
@@ -46,7 +47,7 @@ pub fn head(end: Point) -> String {
 pub fn text(x: i32, y: i32, attributes: &str, text: &str) -> String {
     format!(
         "<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>\n",
-        xml(text)
+        escaped(text)
     )
 }
 

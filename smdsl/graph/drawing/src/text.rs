@@ -48,24 +48,6 @@ pub fn wrap(text: &str, size: f64, limit: i32) -> Vec<String> {
     lines
 }
 
-/// Escapes a text for XML. Characters that XML does not allow become `�`.
-pub fn xml(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            '\t' | '\n' | '\r' => out.push(' '),
-            '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
-            other => out.push(other),
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,13 +61,5 @@ mod tests {
         );
         assert_eq!(lines.concat().replace(' ', "").len(), 37);
         assert_eq!(wrap("", 10.0, 60), [""]);
-    }
-
-    #[test]
-    fn characters_that_xml_forbids_are_replaced() {
-        assert_eq!(
-            xml("a<b>&\"'\u{1}\n"),
-            "a&lt;b&gt;&amp;&quot;&#39;\u{fffd} "
-        );
     }
 }

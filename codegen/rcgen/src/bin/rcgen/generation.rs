@@ -9,9 +9,11 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::{FileLoader, Project, copied, dependencies, parallel, paths, source_files, stubs};
+use rc_codegen::stubs::Stubs;
+use rc_codegen::{
+    FileLoader, Project, copied, dependencies, parallel, paths, source_files, stubs, worker,
+};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
-use rc_vocabulary::Language;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -361,32 +363,26 @@ impl Group {
             }
         }
         for (part, steps) in parts.iter().zip(&steps) {
-            if let Some(at) = part.component
-                && projects[at].language() == Some(Language::Cpp)
-            {
-                if handlers_changed(steps) {
-                    let file = projects[at].path.display();
-                    tell(format_args!(
-                        "{file}: the handlers changed; the compiler names what the worker lacks"
-                    ));
-                }
-            } else if let Some(at) = part.component
-                && projects[at].language() == Some(Language::Python)
-            {
-                if handlers_changed(steps) {
-                    let file = projects[at].path.display();
-                    tell(format_args!(
-                        "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks"
-                    ));
-                }
-            } else if let Some(at) = part.component {
+            if let Some(at) = part.component {
                 let (project, format) = (&projects[at], args.common.format);
-                if handlers_changed(steps) {
-                    say_what_is_missing(project, &part.folder, &mut sources, format);
-                }
-                // Where the worker cannot be read, the compiler reports it.
-                if let Ok(found) = stubs::unreachable(project, &mut sources) {
-                    print_findings(&sources, &found, format);
+                let (file, has_changed) = (project.path.display(), handlers_changed(steps));
+                match worker::stubs(project) {
+                    Stubs::Printed(_) if project.is_built_by_cargo() => {
+                        if has_changed {
+                            say_what_is_missing(project, &part.folder, &mut sources, format);
+                        }
+                        // Where the worker cannot be read, the compiler reports it.
+                        if let Ok(found) = stubs::unreachable(project, &mut sources) {
+                            print_findings(&sources, &found, format);
+                        }
+                    }
+                    Stubs::Printed(_) if has_changed => tell(format_args!(
+                        "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks"
+                    )),
+                    Stubs::NamedByCompiler(_) if has_changed => tell(format_args!(
+                        "{file}: the handlers changed; the compiler names what the worker lacks"
+                    )),
+                    Stubs::Printed(_) | Stubs::NamedByCompiler(_) => {}
                 }
             }
             if let Some(at) = part.component

@@ -134,9 +134,12 @@ fn text(index: &Index) -> String {
 /// A table of rows of cells.
 fn table(out: &mut String, titles: &[&str], rows: impl Iterator<Item = Vec<String>>) {
     let line = |out: &mut String, tag: &str, cells: &[String]| {
-        let cells = cells
-            .iter()
-            .map(|cell| format!("<{tag}>{}</{tag}>", rc_drawing::xml(&clean(cell))));
+        let cells = cells.iter().map(|cell| {
+            format!(
+                "<{tag}>{}</{tag}>",
+                rc_diagnostics::xml::escaped(&clean(cell))
+            )
+        });
         let _ = writeln!(out, "<tr>{}</tr>", cells.collect::<String>());
     };
     out.push_str("<table><thead>\n");
