@@ -8,64 +8,38 @@ use crate::names::Symbol;
 use crate::snapshot::Snapshot;
 use crate::tree::Frame;
 use crate::value::Value;
+use graph_pages::{Timed, Versions};
 pub use innermodel::Keep;
 use innermodel::Transform;
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-#[derive(Debug)]
-pub(crate) struct History {
-    keep: Keep,
-    versions: VecDeque<Arc<Snapshot>>,
+impl Timed for Snapshot {
+    fn time(&self) -> Time {
+        self.time
+    }
 }
+
+#[derive(Debug)]
+pub(crate) struct History(Versions<Snapshot>);
 
 impl History {
     pub(crate) fn new(first: Arc<Snapshot>) -> Self {
-        Self {
-            keep: Keep::default(),
-            versions: VecDeque::from([first]),
-        }
+        let keep = Keep::default();
+        Self(Versions::new(first, keep.versions, keep.duration))
     }
 
     pub(crate) fn keep(&mut self, keep: Keep) {
-        self.keep = keep;
-        self.forget();
+        self.0.keep(keep.versions, keep.duration);
     }
 
     pub(crate) fn push(&mut self, version: Arc<Snapshot>) {
-        while self
-            .versions
-            .back()
-            .is_some_and(|last| last.time > version.time)
-        {
-            self.versions.pop_back();
-        }
-        self.versions.push_back(version);
-        self.forget();
-    }
-
-    fn forget(&mut self) {
-        let Some(now) = self.versions.back().map(|last| last.time) else {
-            return;
-        };
-        let start = now.saturating_sub(self.keep.duration);
-        // The version before the start holds at the start.
-        while self.versions.len() > self.keep.versions.max(1)
-            || self
-                .versions
-                .get(1)
-                .is_some_and(|second| second.time <= start)
-        {
-            self.versions.pop_front();
-        }
+        self.0.push(version);
     }
 
     pub(crate) fn at(&self, time: Time) -> Result<Arc<Snapshot>, Error> {
-        let after = self
-            .versions
-            .partition_point(|version| version.time <= time);
-        let before = after.checked_sub(1).ok_or(Error::TooEarly)?;
-        Ok(Arc::clone(&self.versions[before]))
+        let version = self.0.since(time).and_then(|mut since| since.next());
+        version.cloned().ok_or(Error::TooEarly)
     }
 }
 

@@ -5,8 +5,8 @@ use crate::link::{self, NONE, TOP};
 use crate::snapshot::{Key, Snapshot};
 use crate::transform::Transform;
 use crate::{Point, Time};
+use graph_pages::{Timed, Versions};
 use innermodel_language::model::{Kind, Pose};
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -32,23 +32,30 @@ impl Default for Keep {
     }
 }
 
+impl Timed for Snapshot {
+    fn time(&self) -> Time {
+        self.time
+    }
+}
+
 #[derive(Debug)]
 pub(crate) struct History {
-    keep: Keep,
-    versions: VecDeque<Arc<Snapshot>>,
+    gap: Duration,
+    versions: Versions<Snapshot>,
 }
 
 impl History {
     pub(crate) fn new(first: Arc<Snapshot>) -> Self {
+        let keep = Keep::default();
         Self {
-            keep: Keep::default(),
-            versions: VecDeque::from([first]),
+            gap: keep.gap,
+            versions: Versions::new(first, keep.versions, keep.duration),
         }
     }
 
     pub(crate) fn keep(&mut self, keep: Keep) {
-        self.keep = keep;
-        self.forget();
+        self.gap = keep.gap;
+        self.versions.keep(keep.versions, keep.duration);
     }
 
     pub(crate) fn clear(&mut self) {
@@ -56,50 +63,20 @@ impl History {
     }
 
     pub(crate) fn push(&mut self, version: Arc<Snapshot>) {
-        while self
-            .versions
-            .back()
-            .is_some_and(|last| last.time > version.time)
-        {
-            self.versions.pop_back();
-        }
-        self.versions.push_back(version);
-        self.forget();
-    }
-
-    fn forget(&mut self) {
-        let Some(now) = self.versions.back().map(|last| last.time) else {
-            return;
-        };
-        let start = now.saturating_sub(self.keep.duration);
-        // The version before the start holds at the start.
-        while self.versions.len() > self.keep.versions.max(1)
-            || self
-                .versions
-                .get(1)
-                .is_some_and(|second| second.time <= start)
-        {
-            self.versions.pop_front();
-        }
+        self.versions.push(version);
     }
 
     pub(crate) fn at(&self, time: Time) -> Result<Moment, Error> {
-        let after = self
-            .versions
-            .partition_point(|version| version.time <= time);
-        let Some(before) = after.checked_sub(1) else {
-            let first = self.versions.front().map(|version| version.time);
+        let Some(since) = self.versions.since(time) else {
+            let first = self.versions.start();
             return Err(Error::TooEarly { first });
         };
-        let end = time.saturating_add(self.keep.gap);
-        let later = self.versions.range(after..);
-        let near = later.take_while(|version| version.time <= end);
-        let mut versions = vec![Arc::clone(&self.versions[before])];
-        versions.extend(near.cloned());
+        let end = time.saturating_add(self.gap);
+        let near = since.take_while(|version| version.time <= end);
         Ok(Moment {
             time,
-            gap: self.keep.gap,
-            versions,
+            gap: self.gap,
+            versions: near.cloned().collect(),
         })
     }
 }
