@@ -30,13 +30,13 @@ pub enum StartedState {
 /// state of a call. A call leaves once: when it ends, or when it is forgotten.
 ///
 /// ```
-/// use rc_middleware::started::{Look, StartedCalls};
+/// use rc_middleware::started::{StartedState, StartedCalls};
 /// use std::time::{Duration, Instant};
 ///
 /// let mut calls = StartedCalls::default();
 /// calls.add(7, "token", (Instant::now(), Duration::from_mins(1)));
-/// assert_eq!(calls.next("lidar", false, |_, _| Look::Pending), None);
-/// let ended = calls.next("lidar", false, |_, _| Look::Ended(Ok(())));
+/// assert_eq!(calls.next("lidar", false, |_, _| StartedState::Pending), None);
+/// let ended = calls.next("lidar", false, |_, _| StartedState::Ended(Ok(())));
 /// assert_eq!(ended, Some((7, "token", Ok(()))));
 /// assert!(calls.is_empty());
 /// ```
