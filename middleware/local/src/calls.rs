@@ -5,7 +5,7 @@ use crate::hub::{self, QUEUE_LIMIT, Table, lock};
 use crate::reply::{Answer, LocalReply, ReplyState, Ticket};
 use rc_middleware::qos::REQUEST_QUEUE;
 use rc_middleware::request_body::{RequestBody, buffer};
-use rc_middleware::started::{Awaiting, Look, StartedCalls};
+use rc_middleware::started::{Awaiting, StartedCalls, StartedState};
 use rc_middleware::{
     CallError, Client, Endpoint, Environment, Header, Message, OpenError, QueueGauge, ReceiveError,
     Reply, Server, SharedValue, WakeEvent, wait,
@@ -339,7 +339,7 @@ impl Client for LocalClient {
             self.result(asked, &mut |header, message| {
                 take(sequence, header, message);
             })
-            .map_or(Look::Pending, Look::Ended)
+            .map_or(StartedState::Pending, StartedState::Ended)
         });
         self.started = started;
         ended.map(|(sequence, _, result)| (sequence, result))
