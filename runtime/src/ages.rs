@@ -63,7 +63,7 @@ impl FreshCounts {
     }
 
     /// Samples left their collection without a match.
-    fn left(&self, samples: u64) {
+    pub(crate) fn left(&self, samples: u64) {
         self.0.unmatched.fetch_add(samples, Ordering::Relaxed);
     }
 
