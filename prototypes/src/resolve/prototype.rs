@@ -141,7 +141,7 @@ impl<'f> Resolver<'f> {
         }
     }
 
-    /// Reports axes of a body without those around it, and a body that is the mirror image of itself.
+    /// Reports axes of a body without those around it, or of the other handedness.
     fn fitting_body(
         &mut self,
         fields: &Fields<'f>,

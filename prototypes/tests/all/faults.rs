@@ -327,3 +327,23 @@ dproto a :: geometry { semantic = PointSet coord = cartesian algebraic = named d
     "#]]
     .assert_eq(&found);
 }
+
+#[test]
+fn parts_of_one_type_have_members_of_their_own() {
+    let pose = |first: u32, sure: &str| {
+        let turn = format!("{first} = 0, {} = 1, {} = 2", first + 1, first + 2);
+        format!(
+            "algebraic three :: Vector{{3}}
+dproto place :: geometry {{ semantic = Position coord = cartesian algebraic = three ddr = :: c99{{double[9]}} dr = {{ 0 = 0, 1 = 1, 2 = 2 }} {sure} }}
+dproto turn :: geometry {{ semantic = Orientation coord = rpy algebraic = three ddr = :: c99{{double[9]}} dr = {{ {turn} }} {sure} }}
+dproto pose :: geometry {{ semantic = Pose composes = {{ Position = place, Orientation = turn }} ddr = :: c99{{double[9]}} }}"
+        )
+    };
+    check(&pose(3, ""), &expect![[""]]);
+    check(&pose(2, ""), &expect![[r#"
+        a.dproto:5:8: error[repeated-key]: two parts of `pose` name the member `2`
+    "#]]);
+    check(&pose(3, "covariance = { member c }"), &expect![[r#"
+        a.dproto:5:8: error[repeated-key]: two parts of `pose` name the member `c`
+    "#]]);
+}

@@ -47,6 +47,7 @@ impl Resolver<'_> {
             });
         self.found.extend(wrong.collect::<Vec<_>>());
         self.check_held();
+        self.check_members();
     }
 
     /// Reports parts of composites that are of another type than their prototypes.
@@ -70,6 +71,38 @@ impl Resolver<'_> {
                     let message = format!("{what} is {ty}, and `{name}` is about {wanted}");
                     wrong.push(Diagnostic::error("wrong-type", composite.span, message));
                 }
+            }
+        }
+        self.found.extend(wrong);
+    }
+
+    /// Reports members of a type that two parts of a composite about this type name.
+    fn check_members(&mut self) {
+        let library = &self.library;
+        let mut wrong = Vec::new();
+        for composite in &library.prototypes {
+            let Content::Parts(parts) = &composite.content else {
+                continue;
+            };
+            let held = parts.iter().filter(|p| p.member.as_deref() == Some(""));
+            let held = held.filter_map(|part| library.prototype(&part.prototype));
+            let members = held.flat_map(|part| {
+                let data = match &part.content {
+                    Content::Values { data, .. } => data.as_slice(),
+                    Content::Parts(_) => &[],
+                };
+                let own = data.iter().map(|datum| &datum.member);
+                own.chain(part.covariance.iter().map(|of| &of.member))
+            });
+            let own = composite.covariance.iter().map(|of| &of.member);
+            let mut seen = HashSet::new();
+            let twice = own.chain(members).find(|member| !seen.insert(*member));
+            if let Some(member) = twice {
+                let message = format!(
+                    "two parts of `{}` name the member `{member}`",
+                    composite.name
+                );
+                wrong.push(Diagnostic::error("repeated-key", composite.span, message));
             }
         }
         self.found.extend(wrong);
