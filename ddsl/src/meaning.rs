@@ -315,11 +315,13 @@ fn meaning(
     let outputs = formula.outputs.iter().zip(0..);
     meaning.is_identity =
         formula.steps.is_empty() && outputs.clone().all(|(of, at)| *of == Operand::Input(at));
-    let (own, wanted) = (&from.covariance, &to.covariance);
-    let differ = own.is_some() && wanted.is_some() && own != wanted;
-    let mut all = sender.prototypes.covariances(from);
-    all.extend(receiver.prototypes.covariances(to));
-    let mut all = all.iter();
+    let own = sender.prototypes.covariances(from);
+    let wanted = receiver.prototypes.covariances(to);
+    let differ = own.iter().any(|one| {
+        let mut same = wanted.iter().filter(|other| other.part == one.part);
+        same.any(|other| other.covariance != one.covariance)
+    });
+    let mut all = own.iter().chain(&wanted);
     // Only numbers of arrays have places that a plan knows.
     let stays = all.any(|of| {
         let mut converted = meaning.plan.covariances[0].iter();
