@@ -12,6 +12,7 @@ mod types;
 mod words;
 
 use crate::collisions::{self, Naming};
+use crate::python::HOOKS;
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
@@ -35,6 +36,15 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     }
     for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
         refuse(found, slot.span, "queries that end later");
+    }
+    for collect in &component.collects {
+        let handler = names::own(&collect.name.text);
+        let members = ["ctx", "machine", "params"];
+        if HOOKS.contains(&handler.as_str()) || members.contains(&handler.as_str()) {
+            let message = format!("the worker has `{handler}` already");
+            let error = Diagnostic::error("name-collision", collect.name.span, message);
+            found.push(error.help("give the collection another name"));
+        }
     }
     let language = component.language.span;
     if component.simulates_time {
