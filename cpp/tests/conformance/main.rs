@@ -144,7 +144,7 @@ fn values_in_cpp_know_their_age_over_iceoryx2() {
 
 #[test]
 fn values_in_cpp_know_their_age_over_dds() {
-    ages(Over::dds(184), false);
+    ages(Over::dds(190), false);
 }
 
 #[test]

@@ -49,5 +49,5 @@ fn values_in_python_know_their_age_over_dds() {
 
 #[test]
 fn values_in_python_know_their_age_over_ros2() {
-    ages(Over::ros2(149), false);
+    ages(Over::ros2(141), false);
 }
