@@ -324,7 +324,7 @@ macro_rules! edge_between {
             #[doc = concat!("The edge `", $kind, "` between two nodes, if there is one.")]
             ///
             /// # Errors
-            /// A name is none of one node.
+            /// A name does not denote exactly one node.
             pub fn $function(
                 &self,
                 $from: impl $crate::End,
@@ -399,7 +399,7 @@ macro_rules! edit_edge {
             #[$doc]
             ///
             /// # Errors
-            #[doc = concat!("A name is none of one node, or ", $error, ".")]
+            #[doc = concat!("A name does not denote exactly one node, or ", $error, ".")]
             pub fn $function(
                 &mut self,
                 $from: impl $crate::End,

@@ -36,7 +36,7 @@ impl Queries {
 /// The value of an argument that a query takes as it is.
 ///
 /// # Errors
-/// None; the others have some.
+/// It never fails. Generated code calls it as it calls [`node`].
 pub fn plain(_: &Snapshot, argument: impl Into<Cell>) -> Result<Cell, Error> {
     Ok(argument.into())
 }
@@ -44,7 +44,7 @@ pub fn plain(_: &Snapshot, argument: impl Into<Cell>) -> Result<Cell, Error> {
 /// The value of bytes.
 ///
 /// # Errors
-/// None; the others have some.
+/// It never fails. Generated code calls it as it calls [`node`].
 pub fn bytes(_: &Snapshot, argument: &[u8]) -> Result<Cell, Error> {
     Ok(Cell::Bytes(argument.into()))
 }
@@ -52,7 +52,7 @@ pub fn bytes(_: &Snapshot, argument: &[u8]) -> Result<Cell, Error> {
 /// The value of a pose: x, y, z and the angles about x, y, z.
 ///
 /// # Errors
-/// None; the others have some.
+/// It never fails. Generated code calls it as it calls [`node`].
 pub fn pose(_: &Snapshot, argument: [f64; 6]) -> Result<Cell, Error> {
     Ok(Cell::List(argument.into_iter().map(Cell::Float).collect()))
 }
@@ -73,8 +73,8 @@ macro_rules! query {
             $(#[$doc])*
             ///
             /// # Errors
-            /// A name is none of one node, an argument is a node of another entity, or the query takes more
-            /// steps or rows than a query may.
+            /// A name does not denote exactly one node, an argument is a node of another entity, or the query
+            /// takes more steps or rows than a query may.
             pub fn $function(
                 &self,
                 $($argument: $ty,)*

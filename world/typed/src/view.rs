@@ -85,7 +85,7 @@ impl View {
     /// The edge of a type from a node to another one, if there is one. Of several, it is the oldest.
     ///
     /// # Errors
-    /// A name is none of one node.
+    /// A name does not denote exactly one node.
     pub fn between_nodes<K: Kind>(
         &self,
         from: impl End,
@@ -103,7 +103,7 @@ impl View {
     /// translations.
     ///
     /// # Errors
-    /// A name is none of one node, or no edges with poses connect the nodes.
+    /// A name does not denote exactly one node, or no edges with poses connect the nodes.
     pub fn transform(&self, to: impl End, point: Point, from: impl End) -> Result<Point, Error> {
         let (to, from) = (self.frame(to.node(self)?)?, self.frame(from.node(self)?)?);
         Ok(self.0.transform(to, point, from)?)
@@ -130,7 +130,7 @@ impl View {
     /// The pose of `from` in `to`.
     ///
     /// # Errors
-    /// A name is none of one node, or no edges with poses connect the nodes.
+    /// A name does not denote exactly one node, or no edges with poses connect the nodes.
     pub fn pose(&self, to: impl End, from: impl End) -> Result<Pose, Error> {
         Ok(self.0.pose(to.node(self)?, from.node(self)?)?)
     }

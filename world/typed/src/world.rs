@@ -33,8 +33,8 @@ pub fn change(
 /// Between two changes of a pose, it is interpolated; it is never that of the nearest change.
 ///
 /// # Errors
-/// A name is none of one node, no edges with poses connect the nodes, the history begins later, or
-/// the newest change is older than `time`.
+/// A name does not denote exactly one node, no edges with poses connect the nodes, the history
+/// begins later, or the newest change is older than `time`.
 pub fn between(
     world: &World,
     to: impl End,
