@@ -1,5 +1,7 @@
 //! The header of a message.
 
+use std::time::Duration;
+
 /// The header of a message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
@@ -15,6 +17,15 @@ pub struct Header {
     /// Identifies the sender; 0 if the backend cannot tell. The backend of the receiver sets it: no
     /// other sender of this connection has or had the same value. It is not transmitted.
     pub sender: u128,
+}
+
+impl Header {
+    /// `sent` of a reply to this request, whose value has this age: that of the request less the age,
+    /// and at least 1, because 0 says nothing.
+    pub fn sent_less(&self, age: Duration) -> u64 {
+        let age = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
+        self.sent.saturating_sub(age).max(self.sent.min(1))
+    }
 }
 
 /// Encoding of a body.
@@ -37,6 +48,22 @@ pub fn now() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reply_with_an_old_value_still_says_when_it_was_sent() {
+        let sent = |sent: u64, age| {
+            Header {
+                sent,
+                ..Header::default()
+            }
+            .sent_less(age)
+        };
+        assert_eq!(sent(900, Duration::ZERO), 900);
+        assert_eq!(sent(900, Duration::from_nanos(250)), 650);
+        assert_eq!(sent(900, Duration::from_nanos(900)), 1);
+        assert_eq!(sent(900, Duration::MAX), 1);
+        assert_eq!(sent(0, Duration::from_nanos(250)), 0);
+    }
 
     #[test]
     fn time_passes_between_two_samples() {

@@ -336,8 +336,11 @@ impl Client for CachingClient {
         };
         let mut came_in = |header: Header, message: Message<'_>| {
             let now = moment(simulated.as_deref());
-            // A value that was there before the call is older than it.
-            let before = asked.saturating_sub(header.sent.max(1));
+            // A value that was there before the call is older than it. A program outside may not say.
+            let before = match header.sent {
+                0 => 0,
+                sent => asked.saturating_sub(sent),
+            };
             let made = begun.saturating_sub(before);
             let (age, is_fresh) = age(made, now, limit_of_age);
             let content = Content::of(operations, profile, &bytes, (header, &message));

@@ -141,10 +141,13 @@ impl Taps {
         }
     }
 
-    /// [`Taps::copy`] for a reply, which is encoded only if its slot is tapped.
+    /// [`Taps::copy`] for a reply, which is encoded only if its slot is tapped. For tools, it was sent
+    /// when it came: its header has the time of the request, or of the value.
     fn copy_reply(&self, slot: usize, header: Header, profile: Profile, reply: &Message<'_>) {
         if self.is_on(slot) {
             let kind = (TappedKind::Reply, None);
+            let sent = now();
+            let header = Header { sent, ..header };
             self.copy(slot, kind, header, profile, reply.bytes());
         }
     }

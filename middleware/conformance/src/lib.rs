@@ -134,6 +134,7 @@ macro_rules! suite {
             queries_return_results_exceptions_and_errors
             started_queries_end_with_results_exceptions_and_errors
             replies_may_come_later
+            replies_say_how_old_their_values_are
         );
         $crate::suite!(@of in_place, $subject,
             replies_are_written_in_place

@@ -1,14 +1,15 @@
 //! The typed layer over the backend: envelopes, results, exceptions, refusals.
 
 use crate::Subject;
-use crate::network::{LIMIT, Network, endpoint, receive, until};
+use crate::network::{LIMIT, Network, endpoint, header, receive, until};
+use rc_middleware::rpc::{self, RequestId};
 use rc_middleware::started::STARTED_CALLS;
 use rc_middleware::typed::{
     Call, CallId, DeferredRequest, HandlerError, Operation, ReplyVariant, Request, Throws,
     TypedClient, TypedPublisher,
 };
-use rc_middleware::{CallError, Cdr, DecodeError, Header, Reader, Reply, wait};
-use std::time::Instant;
+use rc_middleware::{CallError, Cdr, DecodeError, Header, Reader, Reply, Writer, wait};
+use std::time::{Duration, Instant};
 
 /// `int32 divide(int32 a, int32 b)`, which throws where b is 0.
 const DIVIDE: Operation = Operation {
@@ -125,6 +126,50 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
         assert_eq!(left, Ok((0, 5)));
     });
     assert_eq!(notes.into_inner().expect("the notes"), ["begin"]);
+}
+
+/// The header of a reply has the time of its request less the age of the value, where replies have
+/// ages.
+pub fn replies_say_how_old_their_values_are(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Calculator");
+    // The first argument is the age; the largest one is older than the clock.
+    let handler = |header: Header, body: &[u8], reply: &mut dyn Reply| {
+        let mut request = Request::open(header, body, reply).expect("an envelope");
+        let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
+        let (age, _) = request.arguments(&DIVIDE, read).expect("two numbers");
+        request.set_age(match age {
+            i32::MAX => Duration::MAX,
+            age => Duration::from_nanos(age.unsigned_abs().into()),
+        });
+        let replied = request.reply_with(0, |writer| writer.put(&1_i32));
+        replied.expect("a reply");
+        request.close();
+    };
+    network.serving_bare(&address, handler, || {
+        let backend = network.join_bare("client");
+        let mut port = network.client(&*backend, &address);
+        if !port.replies_have_ages() {
+            return;
+        }
+        let asked = header(1);
+        let old = [(0, asked.sent), (250, asked.sent - 250), (i32::MAX, 1)];
+        for ((age, expected), sequence) in old.into_iter().zip(1..) {
+            let mut request = Writer::default();
+            let writer = port.guid();
+            rpc::begin_request(&mut request, RequestId { writer, sequence }, DIVIDE.id);
+            rpc::begin_body(&mut request, port.profile());
+            request.put(&age);
+            request.put(&1_i32);
+            let mut sent = None;
+            let asked = Header { sequence, ..asked };
+            port.call(asked, &request.into_bytes(), LIMIT, &mut |header, _| {
+                sent = Some(header.sent);
+            })
+            .expect("a reply");
+            assert_eq!(sent, Some(expected), "{age}");
+        }
+    });
 }
 
 /// The exceptions of `divide`.

@@ -204,11 +204,9 @@ impl Replies {
         } else {
             Encoding::Cdr
         };
-        // A reply has the time of its request, less the age of its value.
-        let sent = header.sent.saturating_sub(reply.age);
         let header = MessageHeader::new(Header {
             encoding,
-            sent,
+            sent: header.sent_less(reply.age),
             ..header
         });
         match reply.loan.filter(|_| reply.loan_is_reply) {
@@ -269,7 +267,7 @@ struct SharedReply<'a> {
     later: Option<(Header, &'a Arc<Replies>)>,
     is_deferred: bool,
     /// The age of its value.
-    age: u64,
+    age: Duration,
 }
 
 impl<'a> SharedReply<'a> {
@@ -282,7 +280,7 @@ impl<'a> SharedReply<'a> {
             loan_is_reply: false,
             later: None,
             is_deferred: false,
-            age: 0,
+            age: Duration::ZERO,
         }
     }
 }
@@ -310,7 +308,7 @@ impl Reply for SharedReply<'_> {
     }
 
     fn set_age(&mut self, age: Duration) {
-        self.age = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
+        self.age = age;
     }
 
     fn can_loan(&self, _: Encoding) -> bool {

@@ -177,10 +177,8 @@ impl LocalClient {
             ReplyState::Dropped => return Some(Err(self.silence(asked.server))),
             ReplyState::Pending => return None,
         };
-        // A reply has the time of its request, less the age of its value.
-        let age = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
         let mut header = asked.header;
-        header.sent = header.sent.saturating_sub(age);
+        header.sent = header.sent_less(age);
         match answer {
             Answer::Copied(reply) => take(header, Message::Bytes(&reply)),
             Answer::Lent(body, encoding) => {

@@ -24,6 +24,8 @@ struct Server {
     fails: Cell<bool>,
     /// How old its values are, in milliseconds.
     age: Cell<u64>,
+    /// Whether it does not say so.
+    is_silent: Cell<bool>,
 }
 
 /// A port whose server doubles a number and adds the number of calls, in some time.
@@ -70,7 +72,11 @@ impl Client for Port {
             }
         }
         let age = Duration::from_millis(server.age.get());
-        let sent = header.sent - nanoseconds(age);
+        let sent = if server.is_silent.get() {
+            0
+        } else {
+            header.sent - nanoseconds(age)
+        };
         take(Header { sent, ..header }, &writer.into_bytes());
         Ok(())
     }
@@ -338,4 +344,12 @@ fn a_value_that_was_there_before_its_call_is_older() {
     bench.server.age.set(90);
     let age = Duration::from_millis(90);
     assert_eq!(bench.call(1), Err(CallError::Stale { age }));
+}
+
+#[test]
+fn a_reply_that_says_nothing_is_as_old_as_its_call() {
+    let mut bench = Bench::new(0, 80, Stale::Refuse);
+    bench.server.is_silent.set(true);
+    assert_eq!(bench.call(1), Ok(102));
+    assert_eq!(bench.last(), Some((Made::Computed, 0, true)));
 }

@@ -128,7 +128,6 @@ impl Client for DefaultingClient {
         self.port.awaiting()
     }
 
-    /// At least one: the calls of the worker get replies.
     fn replies_have_ages(&self) -> bool {
         self.port.replies_have_ages()
     }
@@ -141,6 +140,7 @@ impl Client for DefaultingClient {
         self.port.number_there(request)
     }
 
+    /// At least one: the calls of the worker get replies.
     fn peers(&self) -> usize {
         self.port.peers().max(1)
     }
