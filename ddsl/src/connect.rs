@@ -253,7 +253,7 @@ impl<'a> Connector<'a> {
                 let error = Diagnostic::error("wrong-direction", span, message)
                     .label(slot.span, "declared here")
                     .help(
-                        "remove it: peers outside the network need no declaration to use this slot, unless values are converted for them: `{ cdsl \"FILE\"; convert; }`",
+                        "remove it: peers outside the network need no declaration to use this slot over its middleware, unless values are converted for them: `{ cdsl \"FILE\"; convert; }`",
                     );
                 self.report(end, None, error);
             } else if let Some(first) = bound.get(&end) {

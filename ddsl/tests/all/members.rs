@@ -122,7 +122,7 @@ fn paths_that_name_no_member_are_reported() {
             n.ddsl:7:25: error[not-a-group]: expected a group or a slot array, found component `rig`; it has no slot array `laser` at n.ddsl:2:11 (did you mean `lasers`?)
             n.ddsl:8:12: error[not-a-group]: expected a group or a slot array, found component `guard`; it has no slot array `Laser` at n.ddsl:3:11 (write `guard.SLOT`)
             n.ddsl:9:25: error[not-a-group]: expected a group, found component `rig` (write `rig.SLOT`, or `rig.ARRAY.MEMBER` for a slot array)
-            n.ddsl:10:10: error[wrong-direction]: expected a consumer after `external`, but `rig.lasers.front` implements its interface; declared here at rig.cdsl:2:45 (remove it: peers outside the network need no declaration to use this slot, unless values are converted for them: `{ cdsl "FILE"; convert; }`)
+            n.ddsl:10:10: error[wrong-direction]: expected a consumer after `external`, but `rig.lasers.front` implements its interface; declared here at rig.cdsl:2:45 (remove it: peers outside the network need no declaration to use this slot over its middleware, unless values are converted for them: `{ cdsl "FILE"; convert; }`)
             n.ddsl:10:34: error[not-a-group]: expected a group or a slot array, found component `guard`; it has no slot array `Laser` at n.ddsl:3:11 (write `guard.SLOT`)
         "#]],
     );

@@ -539,7 +539,7 @@ fn peers_that_are_not_part_of_the_network() {
         "bind user.Laser -> lidar.Laser; external user.Laser, user.Pub, lidar.Laser, user.Pub;",
         &expect![[r#"
             n.ddsl:2:42: error[bound-twice]: `user.Laser` is bound already; first bound here at n.ddsl:2:6
-            n.ddsl:2:64: error[wrong-direction]: expected a consumer after `external`, but `lidar.Laser` implements its interface; declared here at lidar.cdsl:2:47 (remove it: peers outside the network need no declaration to use this slot, unless values are converted for them: `{ cdsl "FILE"; convert; }`)
+            n.ddsl:2:64: error[wrong-direction]: expected a consumer after `external`, but `lidar.Laser` implements its interface; declared here at lidar.cdsl:2:47 (remove it: peers outside the network need no declaration to use this slot over its middleware, unless values are converted for them: `{ cdsl "FILE"; convert; }`)
             n.ddsl:2:77: error[bound-twice]: `user.Pub` is bound already; first bound here at n.ddsl:2:54
             n.ddsl:4:11: note[no-subscriber]: `lidar.Pub` has no subscriber
         "#]],
