@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 /// Millimetres in a metre: the world has metres.
 const METRE: f64 = 1000.0;
-/// How many problems are remembered, so that each is reported once.
-const MOST_REPORTED: usize = 4096;
+/// How many problems are reported at once.
+const MOST_REPORTED: usize = 32;
 
 /// What the world says of a node.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,8 @@ pub(crate) struct Front {
     told: Arc<Tree>,
     /// The version of the world that the tree shows.
     shown: Option<u64>,
-    reported: BTreeSet<String>,
+    /// The problems that were there after the last change of the world.
+    problems: BTreeSet<String>,
 }
 
 /// What a change of the tree is for the world.
@@ -74,15 +75,14 @@ impl Front {
             parts: HashMap::new(),
             told,
             shown: None,
-            reported: BTreeSet::new(),
+            problems: BTreeSet::new(),
         }
     }
 
-    /// Notes that the tree is the contents of the world.
-    pub(crate) fn started(&mut self, world: &Snapshot, model: &InnerModel) {
-        self.parts = read(world).into_iter().collect();
-        self.told = model.snapshot();
-        self.shown = Some(world.version());
+    /// Notes that the world starts with the tree. What it is by now follows.
+    pub(crate) fn started(&mut self, start: &Snapshot) {
+        self.parts = read(start).into_iter().collect();
+        self.shown = None;
     }
 
     /// Writes what has changed in the tree into the world. `change` makes a change there. If the world
@@ -112,15 +112,16 @@ impl Front {
             self.parts.remove(gone);
         }
         for ((id, part), node) in news.parts.into_iter().zip(nodes) {
-            if let Ok(node) = after.node(node) {
-                self.parts.insert(id, (node.id(), part));
-            }
+            // The world may hide one at once. The next look at it removes it here, too.
+            let of = after.node(node).map_or(Id::new(0, 0), |node| node.id());
+            self.parts.insert(id, (of, part));
         }
         self.told = now;
         Ok(())
     }
 
-    /// Makes what has changed in the world in the tree. Returns what cannot be made there, each once.
+    /// Makes what has changed in the world in the tree. Returns what cannot be made there, if
+    /// it is new.
     pub(crate) fn follow(
         &mut self,
         world: &Snapshot,
@@ -147,15 +148,14 @@ impl Front {
         });
         let Ok((parts, problems)) = made;
         (self.parts, self.told) = (parts, model.snapshot());
-        let mut new = Vec::new();
-        for problem in problems {
-            if self.reported.len() >= MOST_REPORTED {
-                self.reported.clear();
-            }
-            if self.reported.insert(problem.clone()) {
-                new.push(problem);
-            }
+        let problems: BTreeSet<String> = problems.into_iter().collect();
+        let new = problems.difference(&self.problems).cloned();
+        let mut new: Vec<String> = new.collect();
+        if let Some(more @ 1..) = new.len().checked_sub(MOST_REPORTED) {
+            new.truncate(MOST_REPORTED);
+            new.push(format!("{more} more nodes"));
         }
+        self.problems = problems;
         new
     }
 }
@@ -188,23 +188,26 @@ fn follow(
     drop(names);
     let mut parts = Parts::new();
     for (id, (of, part)) in wanted {
-        let own = known.remove(&id);
+        // It has gone if its parent cannot be in the tree.
+        let is_there = edit.snapshot().node(id.as_str()).is_ok();
+        let own = known.remove(&id).filter(|_| is_there);
         if own.as_ref().is_some_and(|(_, own)| *own == part) {
             parts.insert(id, (of, part));
             continue;
         }
         let old = own.as_ref().map(|(_, own)| own);
-        match edit.attempt(|edit| put(edit, &id, old, &part, described)) {
+        let mut made = edit.attempt(|edit| put(edit, &id, old, &part, described));
+        if made.is_err() && is_there {
+            // All instances have the same tree, also those that start now.
+            let _ = edit.remove(id.as_str());
+            made = edit.attempt(|edit| put(edit, &id, None, &part, described));
+        }
+        match made {
             Ok(()) => {
                 parts.insert(id, (of, part));
             }
-            Err(error) => {
-                problems.push(problem(&id, &error));
-                // It is tried again after the next change of the world.
-                if let Some(own) = own {
-                    parts.insert(id, own);
-                }
-            }
+            // It is tried again after the next change of the world.
+            Err(error) => problems.push(problem(&id, &error)),
         }
     }
     (parts, problems)
@@ -440,9 +443,10 @@ impl News {
         let mut held = Vec::new();
         for (id, part) in &self.parts {
             let old = known.get(id).filter(|_| !gone.contains(id));
-            let old = old.and_then(|(of, own)| Some((edit.snapshot().find_node(*of)?, own)));
             let (node, moves) = match old {
-                Some((node, own)) => {
+                Some((of, own)) => {
+                    // Another component may have removed it: made again, it would be a second one.
+                    let node = edit.snapshot().find_node(*of).ok_or(Error::Removed)?;
                     let node = if is_more(part) {
                         more(edit, node)?
                     } else {
@@ -499,27 +503,34 @@ fn edges_above(world: &Snapshot, node: NodeId) -> Vec<property_graph::EdgeId> {
     edges.map(|edge| edge.edge_id()).collect()
 }
 
-/// A node as a `Part`: a `Frame` gets a successor with its place and its children.
+/// A node as a `Part`: a `Frame` gets a successor with its edges.
 fn more(edit: &mut property_graph::Edit, node: NodeId) -> Result<NodeId, Error> {
     let old = edit.snapshot().node(node)?;
     if old.type_name() != "Frame" {
         return Ok(node);
     }
     let name = old.name().to_owned();
-    let relation = edit.snapshot().symbol("RT");
-    let ends =
-        |edge: property_graph::EdgeRef<'_>| (edge.from(), edge.to(), edge.get("pose").cloned());
-    let above = edit.snapshot().in_edges(node, relation).map(ends);
-    let below = edit.snapshot().out_edges(node, relation).map(ends);
-    let edges: Vec<_> = above.chain(below).collect();
+    let ends = |edge: property_graph::EdgeRef<'_>| {
+        let attributes = edge.attributes();
+        let attributes = attributes.map(|(name, value)| (name.to_owned(), value.clone()));
+        let attributes: Vec<_> = attributes.collect();
+        (
+            edge.type_name().to_owned(),
+            edge.from(),
+            edge.to(),
+            attributes,
+        )
+    };
+    let edges = old.in_edges().chain(old.out_edges());
+    let edges: Vec<_> = edges.map(ends).collect();
     edit.remove_node(node)?;
     let new = edit.add_node("Part")?;
     edit.set(new, "name", name)?;
-    for (from, to, pose) in edges {
+    for (relation, from, to, attributes) in edges {
         let [from, to] = [from, to].map(|end| if end == node { new } else { end });
-        let edge = edit.add_edge("RT", from, to)?;
-        if let Some(pose) = pose {
-            edit.set(edge, "pose", pose)?;
+        let edge = edit.add_edge(&relation, from, to)?;
+        for (name, value) in attributes {
+            edit.set(edge, &name, value)?;
         }
     }
     Ok(new)

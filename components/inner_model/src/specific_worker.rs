@@ -32,10 +32,12 @@ impl Worker<Context> for SpecificWorker {
             let schema = Arc::clone(ctx.g.snapshot().schema());
             let start = front::start(&tree, &schema).map_err(|error| fatal(&error))?;
             ctx.g.start_with(&start).map_err(|error| fatal(&error))?;
-            world.front.started(&ctx.g.snapshot(), &world.model);
+            world.front.started(&start);
         }
         info!("{}: {} nodes", ctx.params.file.display(), tree.len());
-        Ok(Self { world })
+        let mut worker = Self { world };
+        worker.meet(ctx);
+        Ok(worker)
     }
 
     fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
@@ -76,7 +78,7 @@ impl SpecificWorker {
         }
         let world = ctx.g.snapshot();
         for problem in front.follow(&world, model, time, (place, folders)) {
-            warn!("what another component says of {problem}");
+            warn!("the tree does not have all of the world: {problem}");
         }
         model.forget_points();
     }

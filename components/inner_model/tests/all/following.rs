@@ -1,6 +1,6 @@
 //! Two instances with one world, and components that know nothing of InnerModel.
 
-use crate::{place, pose, start, start_at};
+use crate::{params, place, pose, start, start_at};
 use inner_model::SpecificWorker;
 use inner_model_generated::testing::TestContext;
 use inner_model_generated::{Attribute, Context, InnerModel, Node, Worker};
@@ -133,6 +133,59 @@ fn instances_with_one_file_have_each_node_once() {
         (cup(&mut again), now.contains_key("table_leg_1")),
         (7.0, false)
     );
+    // So does one that has them before its file.
+    let mut test = TestContext::new(params("arm.xml"));
+    test.advance(Duration::from_secs(20));
+    test.g.meet(&a.1.g).expect("one schema");
+    let worker = SpecificWorker::initialize(&mut test).expect("a worker");
+    let mut late = (worker, test);
+    assert_eq!(cup(&mut late), 7.0);
+    assert!(!tree(&mut late).contains_key("table_leg_1"));
+}
+
+/// A change of a node that another component has removed makes no second one.
+#[test]
+fn what_another_component_removes_stays_removed() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("", 1));
+    settle(&mut a, &mut b);
+    let others = a.1.g.others();
+    a.1.g.meet(&others).expect("one schema");
+    let removed = others.change(|edit| {
+        let cup = named(edit.snapshot(), "cup");
+        edit.remove_node(cup)?;
+        Ok(())
+    });
+    removed.expect("a change");
+    move_cup(&mut a, 5.0);
+    a.1.g.meet(&others).expect("one schema");
+    assert!(!settle(&mut a, &mut b).contains_key("cup"));
+    move_below(&mut a, "table", "world");
+    settle(&mut a, &mut b);
+}
+
+/// A part that becomes none goes with all below it, and comes back with that.
+#[test]
+fn a_part_that_is_none_for_a_while_comes_back() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("", 1));
+    let before = settle(&mut a, &mut b);
+    let others = a.1.g.others();
+    a.1.g.meet(&others).expect("one schema");
+    for element in [Some("<"), None] {
+        let written = others.change(|edit| {
+            let joint = named(edit.snapshot(), "joint_1");
+            match element {
+                Some(element) => edit.set(joint, "element", element)?,
+                None => edit.set(joint, "element", before["joint_1"].element.as_str())?,
+            }
+            Ok(())
+        });
+        written.expect("a change");
+        a.1.g.meet(&others).expect("one schema");
+        let now = settle(&mut a, &mut b);
+        let there = ["joint_1", "joint_2"].map(|id| now.contains_key(id));
+        assert_eq!(there, [element.is_none(); 2], "{element:?}");
+    }
+    assert_eq!(tree(&mut a).len(), before.len());
 }
 
 #[test]
@@ -221,6 +274,9 @@ fn components_of_the_world_move_add_and_name_frames() {
             let held = edit.add_edge("RT", table, frame)?;
             edit.set(held, "pose", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])?;
         }
+        let plain = named(edit.snapshot(), "plain");
+        let seen = edit.add_edge("loop_closure", table, plain)?;
+        edit.set(seen, "pose", [0.5, 1.0, 0.0, 0.0, 0.0, 0.0])?;
         Ok(())
     });
     moved.expect("a change");
@@ -235,6 +291,13 @@ fn components_of_the_world_move_add_and_name_frames() {
     worker.set(ctx, text.into()).expect("a box");
     let changed = settle(&mut a, &mut b);
     assert!(changed["plain"].element.starts_with("<plane"));
+    let world = a.1.g.snapshot();
+    let seen = world
+        .edges()
+        .find(|edge| edge.type_name() == "loop_closure");
+    let seen = seen.expect("the other edges of the frame");
+    assert_eq!(seen.to(), named(&world, "plain"));
+    assert!(seen.get("pose").is_some());
     // They are changed as any others are.
     let twin = new.clone().find(|id| id.starts_with("twin")).expect("one");
     let (worker, ctx) = context(&mut b);
