@@ -48,7 +48,9 @@ fn metric_monitor(site: &Site) {
             .replace("\"rad\"", "\"deg\"")
     });
     copy("interfaces/FullPoseEstimationPub.idsl", &|text| text);
-    copy("pose_monitor/pose_monitor.cdsl", &|text| text);
+    copy("pose_monitor/pose_monitor.cdsl", &|text| {
+        without_prototype(&text)
+    });
     copy("pose_monitor/pose_monitor.pdsl", &|text| text);
     let program = own.join("monitor");
     fs::copy(Site::executable("pose_monitor"), &program).expect("to copy");
@@ -162,6 +164,11 @@ fn pose_prototype(axes: &str) -> String {
     )
 }
 
+/// A component without what its poses mean.
+fn without_prototype(cdsl: &str) -> String {
+    cdsl.replace("import \"full_pose.dproto\";\n", "")
+}
+
 /// The folder of a component that imports a prototype. Its program is the one without: what values
 /// mean is not a part of the code.
 pub(super) fn with_prototype(site: &Site, component: &str, axes: &str) {
@@ -179,6 +186,7 @@ pub(super) fn with_prototype(site: &Site, component: &str, axes: &str) {
     }
     let cdsl = own.join(format!("{component}.cdsl"));
     let text = fs::read_to_string(&cdsl).expect("a component");
+    let text = without_prototype(&text);
     fs::write(&cdsl, format!("import \"place.dproto\";\n{text}")).expect("to write");
     fs::write(own.join("place.dproto"), pose_prototype(axes)).expect("to write");
 }
