@@ -299,14 +299,15 @@ impl Parser<'_> {
 
     /// The conversion behind a number, if it has one.
     fn conversion(&mut self) -> Result<Option<Conversion>, PlanError> {
-        let rest = &self.text[self.at..];
+        let Some(rest) = self.text[self.at..].strip_prefix('{') else {
+            return Ok(None);
+        };
         let code = rest.find('}').and_then(|end| rest.get(..end));
-        // A group has its formula behind `|`.
-        if code.is_some_and(|code| code.contains('|')) || !self.take('{') {
+        // A group has values, which may have conversions, and its formula behind `|`.
+        if code.is_some_and(|code| code.contains(['{', '|'])) {
             return Ok(None);
         }
-        let rest = &self.text[self.at..];
-        let code = rest.find('}').and_then(|end| rest.get(..end));
+        self.take('{');
         let Some((code, conversion)) =
             code.and_then(|code| Some((code, Conversion::from_code(code)?)))
         else {

@@ -362,6 +362,23 @@ fn a_time_is_read_before_it_is_converted() {
     assert_eq!(bytes, message(7000, 13.0).0);
 }
 
+/// A group behind a number is no conversion of this number, also if it begins with a conversion.
+#[test]
+fn a_group_behind_a_number_may_have_conversions() {
+    for number in ["i", "i{3}"] {
+        let text = format!("0i:{number}{{f{{1000}}f!|a@0&1e0;=$0}}");
+        let plan: Plan = text.parse().expect("a plan");
+        assert_eq!(plan.to_string(), text);
+        let program = plan.program(0, Place::Input).expect("a program");
+        let begin = Message::default().put(2_i32.to_le_bytes());
+        let mut bytes = begin.f32(0.5).f32(7.0).0;
+        assert_eq!(program.run(&mut bytes, 0), Ok(12));
+        let first = if number == "i" { 2_i32 } else { 6 };
+        let begin = Message::default().put(first.to_le_bytes());
+        assert_eq!(bytes, begin.f32(500.0).f32(8.0).0);
+    }
+}
+
 /// The program of a message tells a lock of any of its elements, by single steps and in blocks.
 #[test]
 fn a_gimbal_lock_is_told() {
