@@ -115,11 +115,13 @@ fn meanings(component: &Component) -> Vec<[String; 5]> {
         let frames: Vec<String> = frames
             .map(|(role, frame)| format!("{role} {frame}"))
             .collect();
+        let body = prototype.body.iter().map(|body| format!("body {body}"));
+        let axes = prototype.axes.iter().cloned().chain(body);
         [
             code(&prototype.name),
             prototype.interface_type().map_or_else(String::new, code),
             cell(&prototype.semantic),
-            cell(prototype.axes.as_deref().unwrap_or_default()),
+            cell(&axes.collect::<Vec<_>>().join(", ")),
             cell(&frames.join(", ")),
         ]
     });
