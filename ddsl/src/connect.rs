@@ -434,10 +434,17 @@ impl<'a> Connector<'a> {
                 required[consumer.instance].insert(provider.instance);
             }
         }
+        let mut over: BTreeMap<Endpoint, BTreeSet<Middleware>> = BTreeMap::new();
+        for (of, middleware) in &self.transports {
+            for end in [of.consumer, of.provider] {
+                over.entry(end).or_default().insert(*middleware);
+            }
+        }
         Network {
             connections: std::mem::take(&mut self.connections),
             conversions: std::mem::take(&mut self.conversions),
             transports: std::mem::take(&mut self.transports),
+            over,
             externals: std::mem::take(&mut self.externals),
             required,
             diagnostics: std::mem::take(&mut self.diagnostics),

@@ -37,6 +37,8 @@ pub struct Network {
     pub conversions: BTreeMap<Connection, Conversion>,
     /// The middleware of each connection.
     pub transports: BTreeMap<Connection, Middleware>,
+    /// The middlewares of each end of these connections.
+    pub(crate) over: BTreeMap<Endpoint, BTreeSet<Middleware>>,
     /// The external slots, each with the address that its declaration names: consumers, and the slots
     /// of adaptors with which programs outside are connected.
     pub externals: BTreeMap<Endpoint, Option<Name>>,
@@ -58,9 +60,6 @@ impl Network {
     /// The middlewares over which an endpoint has connections, each once: one of a consumer, and
     /// those of all its consumers of a provider. Empty without connections.
     pub fn middlewares(&self, end: Endpoint) -> Vec<Middleware> {
-        let own = |of: &Connection| of.consumer == end || of.provider == end;
-        let own = self.transports.iter().filter(|(of, _)| own(of));
-        let all: BTreeSet<Middleware> = own.map(|(_, middleware)| *middleware).collect();
-        all.into_iter().collect()
+        self.over.get(&end).into_iter().flatten().copied().collect()
     }
 }
