@@ -351,6 +351,7 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
     }
     Some((address?, text.span))
 }
+
 /// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
 /// the component where the check of the network did not look.
 const OWN_OPTIONS: [(&str, &str); 14] = [
@@ -360,16 +361,25 @@ const OWN_OPTIONS: [(&str, &str); 14] = [
     ),
     ("--name", "its name is the one after `Component`"),
     ("--config", "write `config \"FILE\";`"),
-    ("--clock", "write `clock` into the deployment"),
-    ("--followers", "write `clock` into the deployment"),
+    (
+        "--clock",
+        "write `time simulated by COMPONENT;` into the deployment",
+    ),
+    (
+        "--followers",
+        "write `time simulated by COMPONENT;` into the deployment",
+    ),
     ("--members", "write `slots { … };`"),
     ("--bind", "write `bind COMPONENT.SLOT -> COMPONENT.SLOT;`"),
     (
         "--transport",
-        "write `middleware auto;` into the deployment",
+        "write `middleware NAME;`; without it, connections choose their middleware",
     ),
     ("--convert", "write `bind … { convert; };`"),
-    ("--providers", "it names the ends of its connections"),
+    (
+        "--providers",
+        "write `bind COMPONENT.SLOT -> COMPONENT.SLOT;`",
+    ),
     ("--frames", "write `bind … { convert { frames SLOT; }; };`"),
     ("--set", "write `parameters { NAME VALUE; };`"),
     (
@@ -378,6 +388,7 @@ const OWN_OPTIONS: [(&str, &str); 14] = [
     ),
     ("--member", "write a `Component` with the same `process`"),
 ];
+
 /// Whether `rcdeploy` gives components this option, so that no file can.
 pub fn is_own_option(option: &str) -> bool {
     OWN_OPTIONS.iter().any(|(own, _)| *own == option)
