@@ -36,9 +36,8 @@ impl Core {
                 MOST_TRIES
             };
             if asked.tries > most || !is_there {
-                let is_unanswered = asked.chunks.is_empty();
-                let peer = self.protocol.peers.all.get_mut(&asked.to);
-                if let Some(peer) = peer.filter(|_| is_unanswered) {
+                // Parts of an answer are none.
+                if let Some(peer) = self.protocol.peers.all.get_mut(&asked.to) {
                     peer.unanswered = peer.unanswered.saturating_add(1);
                 }
                 self.protocol.answers.asked = None;
@@ -242,9 +241,6 @@ impl Core {
         if is_first {
             asked.chunks = vec![None; count];
             asked.waiting = count.min(WINDOW);
-            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
-                peer.unanswered = 0;
-            }
         }
         // A repeated part is no sign that the others follow.
         if asked.chunks[at].is_none() {

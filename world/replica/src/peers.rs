@@ -22,7 +22,8 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 /// How long it is not asked after a fruitless answer. The time doubles with each further one, up
 /// to 64 times.
 const FRUITLESS_PAUSE: Duration = Duration::from_secs(1);
-/// After so many fruitless answers, or questions without one, a replica that joins does not wait for it.
+/// After so many fruitless answers, or questions without a whole one, a replica that joins does not
+/// wait for it.
 const MOST_FRUITLESS: u32 = 3;
 
 /// Another replica.
@@ -49,7 +50,7 @@ pub(crate) struct Peer {
     pub(crate) ask_after: Duration,
     /// How many of its answers, one after the other, lacked changes that it had announced.
     pub(crate) fruitless: u32,
-    /// How many questions, one after the other, it has not answered at all.
+    /// How many questions, one after the other, it has not answered, or not completely.
     pub(crate) unanswered: u32,
 }
 
@@ -70,6 +71,7 @@ impl Peer {
 
     /// Notes an answer, and whether it lacked changes that were announced before the question.
     pub(crate) fn has_answered(&mut self, now: Duration, is_fruitless: bool) {
+        self.unanswered = 0;
         let pause = if is_fruitless {
             let doubled = FRUITLESS_PAUSE * (1 << self.fruitless.min(6));
             self.fruitless = self.fruitless.saturating_add(1);
