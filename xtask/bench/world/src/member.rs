@@ -4,6 +4,7 @@ use rc_middleware::{Reader, Writer};
 use rc_world::property_graph::{Schema, Value};
 use rc_world::{Message, Rights, Setup, Topic, World};
 use rc_world_member::{Driver, Interface, place};
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime};
@@ -415,7 +416,9 @@ pub(crate) fn run(role: &str) -> Result<(), String> {
         IS_OVER.store(true, Ordering::Relaxed);
         (taken, memory)
     });
-    let _ = world_agent_generated::run::<Member>();
+    if world_agent_generated::run::<Member>() != ExitCode::SUCCESS {
+        return Err(format!("the process {role:?} failed"));
+    }
     let measured = measuring.join();
     let (taken, memory) = measured.map_err(|_| "nothing was measured".to_owned())?;
     let mut delays = DELAYS.lock().map_err(|error| error.to_string())?;
