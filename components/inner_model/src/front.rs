@@ -415,6 +415,8 @@ impl News {
             }
         }
         let there = changed.into_iter().filter_map(|node| now.node(node).ok());
+        // The root is no part of the world.
+        let there = there.filter(|node| node.parent().is_some());
         let mut there: Vec<NodeRef<'_>> = there.collect();
         there.sort_by_key(NodeRef::depth);
         let parts = there.iter();

@@ -163,6 +163,25 @@ fn what_another_component_removes_stays_removed() {
     settle(&mut a, &mut b);
 }
 
+/// The world has no node for it.
+#[test]
+fn attributes_of_the_root_undo_nothing() {
+    let (mut a, mut b) = (start("arm.xml"), start_at("arm.xml", 1));
+    settle(&mut a, &mut b);
+    for one in [&mut a, &mut b] {
+        let (worker, ctx) = context(one);
+        let owner = Attribute {
+            name: "owner".into(),
+            ..Attribute::default()
+        };
+        let set = worker.set_attribute(ctx, "root".into(), owner);
+        set.expect("an attribute");
+    }
+    move_cup(&mut a, 4.0);
+    settle(&mut a, &mut b);
+    assert_eq!(cup(&mut b), 4.0);
+}
+
 /// A part that becomes none goes with all below it, and comes back with that.
 #[test]
 fn a_part_that_is_none_for_a_while_comes_back() {
