@@ -4,7 +4,7 @@ use crate::model::{
     Battery, Document, Encoder, Engine, Form, Human, Kind, Lidar, Node, Plane, Render, Robot,
     Shape, Signal, Transform,
 };
-use rc_diagnostics::xml::escaped;
+use rc_diagnostics::xml::unchecked;
 
 /// The text of a document: in millimetres, with all that was included. Attributes that have their
 /// default are left out.
@@ -78,7 +78,8 @@ struct Writer<'o>(&'o mut String);
 
 impl Writer<'_> {
     fn text(&mut self, name: &str, value: &str) {
-        self.0.push_str(&format!(" {name}=\"{}\"", escaped(value)));
+        self.0
+            .push_str(&format!(" {name}=\"{}\"", unchecked(value)));
     }
 
     fn text_or(&mut self, name: &str, value: &str, default: &str) {

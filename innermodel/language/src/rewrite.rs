@@ -4,7 +4,7 @@
 use crate::elements::{Element, element};
 use crate::read::xml;
 use crate::units::Units;
-use rc_diagnostics::xml::escaped;
+use rc_diagnostics::xml::unchecked;
 use rc_diagnostics::{SourceMap, Span};
 use rc_xml::XmlSource;
 use roxmltree::{Document, Node};
@@ -150,7 +150,7 @@ pub fn set(text: &str, tag: Span, name: &str, value: &Value) -> Option<String> {
     let node = parsed.element(tag)?;
     let element = element(node.tag_name().name())?;
     let own = rank(element, name)?;
-    let value = escaped(&value.written(parsed.length_units()));
+    let value = unchecked(&value.written(parsed.length_units()));
     let mut before: Option<(usize, usize)> = None;
     for attribute in node.attributes().filter(|a| a.namespace().is_none()) {
         let Some(rank) = rank(element, attribute.name()) else {
@@ -186,7 +186,7 @@ pub fn add(
     };
     let mut new = format!("<{tag}");
     for (name, value) in attributes {
-        let value = escaped(&value.written(parsed.length_units()));
+        let value = unchecked(&value.written(parsed.length_units()));
         new.push_str(&format!(" {name}=\"{value}\""));
     }
     new.push_str("/>");

@@ -4,6 +4,14 @@
 /// references, so that readers keep them in values. Characters that XML 1.0 does not allow become
 /// `�`.
 pub fn escaped(text: &str) -> String {
+    let is_forbidden = |c| {
+        matches!(c, '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}') && !matches!(c, '\t' | '\n' | '\r')
+    };
+    unchecked(&text.replace(is_forbidden, "\u{fffd}"))
+}
+
+/// [`escaped`] with the characters that XML does not allow: for elements that are checked afterwards.
+pub fn unchecked(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -15,7 +23,6 @@ pub fn escaped(text: &str) -> String {
             '\t' => out.push_str("&#9;"),
             '\n' => out.push_str("&#10;"),
             '\r' => out.push_str("&#13;"),
-            '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
             other => out.push(other),
         }
     }
@@ -32,5 +39,6 @@ mod tests {
             escaped("a<b>&\"'\u{1}\n"),
             "a&lt;b&gt;&amp;&quot;&#39;\u{fffd}&#10;"
         );
+        assert_eq!(unchecked("<\u{1}"), "&lt;\u{1}");
     }
 }
