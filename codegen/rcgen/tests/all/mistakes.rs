@@ -178,3 +178,29 @@ fn a_subscribed_operation_with_a_result_is_a_warning_for_files_of_robocomp() {
     component("publishes");
     assert_eq!(check(&["--robocomp"]), (1, false, true));
 }
+
+/// A collection in C++ is a function of the worker beside those that every worker has.
+#[test]
+fn a_collection_in_cpp_has_a_name_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let idsl = "module M { interface A { void a(int x); }; interface B { void b(int x); }; };";
+    std::fs::write(folder.path().join("M.idsl"), idsl).expect("a file");
+    let found = |name: &str| {
+        let text = format!(
+            "import \"M.idsl\";\nComponent c {{ Communications {{ subscribesTo A, B; }}; language cpp;\n\
+             collect A.a, B.b within 10ms as {name}; }};\n"
+        );
+        std::fs::write(folder.path().join("c.cdsl"), text).expect("a file");
+        let words = ["c.cdsl", "--dry-run", "--format", "short"];
+        let (code, _, err) = rcgen(folder.path(), &words);
+        (code, err)
+    };
+    let (code, err) = found("view");
+    assert_eq!(code, 0, "{err}");
+    for name in ["emergency", "ctx"] {
+        let message = format!(
+            "c.cdsl:3:33: error[name-collision]: the worker has `{name}` already (give the collection another name)\n"
+        );
+        assert_eq!(found(name), (1, message));
+    }
+}
