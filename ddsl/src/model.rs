@@ -106,8 +106,8 @@ pub struct Instance {
     /// The middleware of its slots, unless a slot sets its own. With `auto`, that of its slots
     /// without connections.
     pub middleware: Middleware,
-    /// For `middleware auto;`, which holds without a clause, the middleware between hosts: each connection has the fastest
-    /// middleware that reaches, see [`crate::Network::middlewares`].
+    /// For `middleware auto;`, which holds without a clause, the middleware between hosts: each
+    /// connection has the fastest middleware that reaches, see [`crate::Network::middlewares`].
     pub auto: Option<Middleware>,
     /// The settings of middlewares. Each key of a middleware occurs once.
     pub settings: Vec<Setting>,

@@ -41,7 +41,8 @@ impl Made {
 /// The age of a value, and what it is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freshness {
-    /// The time since it was sent; of a reply, since its call began.
+    /// The time since it was sent; of a reply, since its call began, or since its value was made, if
+    /// that was earlier and the reply says so.
     pub age: Duration,
     /// What it is made of.
     pub made: Made,

@@ -293,9 +293,9 @@ impl Server {
         Ok(())
     }
 
-    /// The text of a network was checked: the network is as soon as nothing else waits. One that cannot be
-    /// parsed, or that is a part of another one, has no findings of its own. Returns the files whose
-    /// findings changed.
+    /// The text of a network was checked: the network itself is checked as soon as nothing else waits.
+    /// One that cannot be parsed, or that is a part of another one, has no findings of its own. Returns
+    /// the files whose findings changed.
     fn begin_wiring(
         &mut self,
         path: &Path,

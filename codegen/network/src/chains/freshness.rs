@@ -1,4 +1,5 @@
-//! Checks `fresh`, `deadline` and `serve latest` of slots against the periods and the ways of those who send.
+//! Checks `fresh`, `deadline` and `serve latest` of slots against the periods and the ways of those
+//! who send.
 
 use super::Port;
 use super::check::ChainCheck;
@@ -11,7 +12,8 @@ use rc_diagnostics::{Diagnostic, Diagnostics};
 use rc_vocabulary::duration::text_of;
 use std::time::Duration;
 
-/// Reports values that are never fresh, or not in all of a period, and deadlines that are missed in each.
+/// Reports values that are never fresh, or not in all of a period, and deadlines that are missed in
+/// each.
 pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
     let projects = network.projects.iter().flatten();
     let mut slots = projects.flat_map(|project| &project.component.slots);

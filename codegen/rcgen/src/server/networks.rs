@@ -1,4 +1,4 @@
-//! Networks, checked as `rcdeploy check` does. It reads all components of a network at once; here they
+//! Networks, checked as `rcdeploy check` does. That reads all components of a network at once; here they
 //! are read one after another, and a message of the editor goes first.
 
 use super::file_key::Keys;
