@@ -36,7 +36,7 @@ impl Core {
                 MOST_TRIES
             };
             if asked.tries > most || !is_there {
-                // Parts of an answer are none.
+                // Parts alone are no answer.
                 if let Some(peer) = self.protocol.peers.all.get_mut(&asked.to) {
                     peer.unanswered = peer.unanswered.saturating_add(1);
                 }
