@@ -81,8 +81,11 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     let _ = std::fs::remove_file(&program);
     // A copy could not be started while another thread starts a program: its child has the file open.
     std::fs::hard_link(&linked, &program).expect("a link");
+    // The program names the library of this build; cargo's folders may have an older one.
+    let mut command = Command::new(program);
+    command.env_remove("LD_LIBRARY_PATH");
     Some(Package {
-        command: Command::new(program),
+        command,
         slots: description["slots"].take(),
         folder: None,
     })
