@@ -13,7 +13,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 25] = [
+const SHIPPED: [(&str, &str); 27] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
@@ -114,12 +114,20 @@ const SHIPPED: [(&str, &str); 25] = [
         "World.idsl",
         include_str!("../../components/interfaces/World.idsl"),
     ),
+    (
+        "cartesian.dproto",
+        include_str!("../../components/interfaces/cartesian.dproto"),
+    ),
+    (
+        "full_pose.dproto",
+        include_str!("../../components/interfaces/full_pose.dproto"),
+    ),
 ];
 
 /// The folder in the paths of interfaces that come with this program.
 const SHIPPED_FOLDER: &str = "<shipped>";
 
-/// The interfaces that come with this program: names of files, and their texts.
+/// The interfaces and prototypes that come with this program: names of files, and their texts.
 pub fn all_shipped() -> impl Iterator<Item = (&'static str, &'static str)> {
     SHIPPED.into_iter()
 }

@@ -161,7 +161,7 @@ fn component(
     let path = instance
         .folder
         .join(format!("{}.proxy.cdsl", instance.name.text));
-    let text = text(exported);
+    let text = text(exported, loader);
     let (project, more) = Project::of_text(&path, text, sources, loader);
     let errors = more.iter().filter(|d| d.severity == Severity::Error);
     let errors: Vec<String> = errors.map(|error| error.message.clone()).collect();
@@ -234,15 +234,18 @@ fn inner_name(name: &str, exported: &[Exported<'_>]) -> String {
 }
 
 /// A text with everything that the exported slots import.
-fn text(exported: &[Exported<'_>]) -> String {
+fn text(exported: &[Exported<'_>], loader: &dyn Loader) -> String {
     let mut imports: BTreeSet<PathBuf> = BTreeSet::new();
     for of in exported {
         let library = &of.of.component.library;
         let module = library.interface(of.slot.interface).module;
         let origin = of.of.origins.get(module.0);
         imports.extend(origin.map(|origin| whole(&origin.path)));
+        // A file that is not found is reported where the component imports it.
         let prototypes = of.of.component.prototype_imports.iter();
-        imports.extend(prototypes.map(|file| whole(&of.of.folder().join(&file.text))));
+        let prototypes =
+            prototypes.filter_map(|file| loader.find(&of.of.path, &file.text, "dproto").ok());
+        imports.extend(prototypes.map(|file| whole(&file.path)));
     }
     let mut text = String::new();
     for file in imports {

@@ -7,6 +7,9 @@ use inner_model_generated::{Context, ParamChange, Worker, WorkerError, WorldHand
 use std::sync::Arc;
 use std::time::Duration;
 
+/// Longest wait for the tree of other instances.
+const JOINING: Duration = Duration::from_secs(4);
+
 /// The tree.
 pub struct SpecificWorker {
     pub(crate) world: World,
@@ -33,6 +36,9 @@ impl Worker<Context> for SpecificWorker {
             let start = front::start(&tree, &schema).map_err(|error| fatal(&error))?;
             ctx.g.start_with(&start).map_err(|error| fatal(&error))?;
             world.front.started(&start);
+        } else {
+            // Requests that come as soon as it is ready find the tree.
+            ctx.g.wait_for_others(JOINING);
         }
         info!("{}: {} nodes", ctx.params.file.display(), tree.len());
         let mut worker = Self { world };

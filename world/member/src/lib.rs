@@ -158,9 +158,8 @@ impl Driver {
         told || is_new || is_due
     }
 
-    /// Waits until this replica has a change, at most for `limit` of the system's time, and for an
-    /// hour. Returns whether it has it. Meanwhile the replica receives, and no handler runs. In
-    /// simulated time it does not wait, because nothing arrives within a turn.
+    /// Waits until this replica has a change. Returns whether it has it. See
+    /// [`Driver::wait_until`].
     pub fn wait_for(
         &mut self,
         token: Token,
@@ -168,10 +167,23 @@ impl Driver {
         early: &EarlySamples,
         send: Send<'_>,
     ) -> bool {
+        self.wait_until(|world| world.has(token), limit, early, send)
+    }
+
+    /// Waits until something holds, at most for `limit` of the system's time, and for an hour. Returns
+    /// whether it holds. Meanwhile the replica receives, and no handler runs. In simulated time it
+    /// does not wait, because nothing arrives within a turn.
+    pub fn wait_until(
+        &mut self,
+        holds: impl Fn(&World) -> bool,
+        limit: Duration,
+        early: &EarlySamples,
+        send: Send<'_>,
+    ) -> bool {
         let until = Instant::now() + limit.min(LONGEST_WAIT);
         // The next turn of the loop shows the changes.
         let shown = self.shown;
-        while !self.world.has(token) {
+        while !holds(&self.world) {
             let Some(came) = early.next(until) else {
                 break;
             };
@@ -183,7 +195,7 @@ impl Driver {
             self.turn(came.now, send);
         }
         self.shown = shown;
-        self.world.has(token)
+        holds(&self.world)
     }
 
     /// Says in the log that messages were refused: those of a replica with another schema, for example.
@@ -355,6 +367,15 @@ impl Member {
         let (state, stream) = (&mut self.state, &mut self.stream);
         let send = &mut |message: &Message| publish(state, stream, message);
         self.driver.wait_for(token, limit, &self.early, send)
+    }
+
+    /// Waits until this replica has what the others have, or anything of it, as [`Driver::wait_until`]
+    /// does. One that is alone knows so after 2.5 s.
+    pub fn wait_for_others(&mut self, limit: Duration) -> bool {
+        let (state, stream) = (&mut self.state, &mut self.stream);
+        let send = &mut |message: &Message| publish(state, stream, message);
+        let holds = |world: &World| world.has_joined() || world.snapshot().nodes().next().is_some();
+        self.driver.wait_until(holds, limit, &self.early, send)
     }
 
     /// Does the work that is due at the time of the network. Returns whether there was any.

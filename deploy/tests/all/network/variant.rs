@@ -268,7 +268,7 @@ fn the_plan_lists_components_that_are_variants() {
     let program = |name: &str| target.join(name).display().to_string();
     let expected = [
         ["voice", "iceoryx2", &program("speech_server")],
-        ["near", "iceoryx2", &program("pose_listener")],
+        ["near", "ros2", &program("pose_listener")],
         ["far.listener", "ros2", &program("pose_listener-ros2")],
         ["far.named", "ros2", &named.to_string_lossy()],
     ];

@@ -226,7 +226,7 @@ impl Completion<'_> {
                 items.push(Item { import, ..item });
             }
         }
-        for (file, text) in load::all_shipped() {
+        for (file, text) in load::all_shipped().filter(|(file, _)| file.ends_with(".idsl")) {
             let known = imported.contains(&file);
             let mut sources = SourceMap::new();
             let source = sources.add(file, text);
@@ -262,10 +262,9 @@ impl Completion<'_> {
         });
         let mut items: Vec<Item> = known.collect();
         items.extend(self.paths(target, written, &[ending]));
-        if ending == "idsl" {
-            let shipped = load::all_shipped().map(|(file, _)| file);
-            items.extend(shipped.map(|file| Item::new(FILE, file, "It comes with this program.")));
-        }
+        let shipped = load::all_shipped().map(|(file, _)| file);
+        let shipped = shipped.filter(|file| Path::new(file).extension() == Some(ending.as_ref()));
+        items.extend(shipped.map(|file| Item::new(FILE, file, "It comes with this program.")));
         items
     }
 
