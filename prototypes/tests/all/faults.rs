@@ -340,10 +340,16 @@ dproto pose :: geometry {{ semantic = Pose composes = {{ Position = place, Orien
         )
     };
     check(&pose(3, ""), &expect![[""]]);
-    check(&pose(2, ""), &expect![[r#"
+    check(
+        &pose(2, ""),
+        &expect![[r#"
         a.dproto:5:8: error[repeated-key]: two parts of `pose` name the member `2`
-    "#]]);
-    check(&pose(3, "covariance = { member c }"), &expect![[r#"
+    "#]],
+    );
+    check(
+        &pose(3, "covariance = { member c }"),
+        &expect![[r#"
         a.dproto:5:8: error[repeated-key]: two parts of `pose` name the member `c`
-    "#]]);
+    "#]],
+    );
 }
