@@ -2,7 +2,7 @@
 //! (ahead, left, up): a process of its own converts between them. rclpy, the package `cyclonedds` and
 //! `rosbags` read what it writes.
 
-use crate::python_site::{second_component, workspace};
+use crate::python_site::{names_of_others, second_component, workspace};
 use rc_record::bag::Info;
 use rc_test_site::recordings::count;
 use rc_test_site::site::{CommandOutput, Site};
@@ -180,6 +180,7 @@ pub(crate) fn output(
 #[test]
 fn others_read_what_an_adaptor_writes() {
     let test = "others_read_what_an_adaptor_writes";
+    let _names = names_of_others();
     let Some(site) = place(test) else { return };
     let up = up(&site, DOMAIN);
     assert_eq!(up.code, 0, "{up:?}");

@@ -1,7 +1,7 @@
 //! A lidar on a robot that moves, and a mapper that wants its points in the map: their connection
 //! changes the frame, by the tree of a third component.
 
-use crate::python_site::{second_component, up, workspace};
+use crate::python_site::{names_of_others, second_component, up, workspace};
 use rc_test_site::site::Site;
 use serde_json::{Value, json};
 use std::fs;
@@ -124,6 +124,7 @@ fn a_mapper_sees_points_of_a_moving_lidar_in_the_map() {
         ("scan.dproto", &mapper),
         ("src/specific_worker.py", OF_MAPPER),
     ];
+    let _names = names_of_others();
     let Some(site) = workspace("moving", "mapper", &files, test) else {
         return;
     };
@@ -281,6 +282,7 @@ fn a_mapper_follows_the_transforms_of_tf() {
         ("scan.dproto", &mapper),
         ("src/specific_worker.py", OF_TF_MAPPER),
     ];
+    let _names = names_of_others();
     let Some(site) = workspace("following", "mapper", &files, test) else {
         return;
     };

@@ -2,7 +2,7 @@
 //! changes the frame, by the world that they share.
 
 use crate::moving::{SCAN, prototype};
-use crate::python_site::{second_component, up, workspace};
+use crate::python_site::{names_of_others, second_component, up, workspace};
 use rc_test_site::site::Site;
 use serde_json::Value;
 
@@ -94,6 +94,7 @@ fn a_mapper_sees_points_of_a_moving_lidar_by_the_shared_world() {
         ("scan.dproto", &mapper),
         ("src/specific_worker.py", OF_MAPPER),
     ];
+    let _names = names_of_others();
     let Some(site) = workspace("moving_world", "mapper", &files, test) else {
         return;
     };

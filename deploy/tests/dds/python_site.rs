@@ -5,6 +5,7 @@ use rc_test_support::python;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The requirements of the Python runtime, as in the tests of `rc-python`.
 const NUMPY: &str = "numpy==2.3.4";
@@ -38,6 +39,12 @@ pub(crate) fn workspace(
     assert_eq!(ran.code, 0, "{ran:?}");
     symlink(environment, folder.join(".venv")).expect("a link");
     Some(site)
+}
+
+/// Held by a test whose components have the names of another test's: their programs are the same files.
+pub(crate) fn names_of_others() -> MutexGuard<'static, ()> {
+    static NAMES: Mutex<()> = Mutex::new(());
+    NAMES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Adds another component to a workspace, with the environment of the first one.

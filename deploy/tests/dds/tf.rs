@@ -2,7 +2,7 @@
 //! and `/tf_static`.
 
 use crate::moving::{SCAN, prototype};
-use crate::python_site::{second_component, up, workspace};
+use crate::python_site::{names_of_others, second_component, up, workspace};
 use rc_test_site::site::Site;
 use rc_test_support::ros_packages::RosPackages;
 use std::fs;
@@ -87,6 +87,7 @@ fn a_mapper_follows_tf_of_a_real_ros() {
         ("scan.dproto", &mapper),
         ("src/specific_worker.py", OF_MAPPER),
     ];
+    let _names = names_of_others();
     let Some(site) = workspace("tf", "mapper", &files, test) else {
         return;
     };
