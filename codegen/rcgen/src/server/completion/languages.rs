@@ -226,7 +226,7 @@ impl Completion<'_> {
                 items.push(Item { import, ..item });
             }
         }
-        for (file, text) in load::all_shipped().filter(|(file, _)| file.ends_with(".idsl")) {
+        for (file, text) in shipped("idsl") {
             let known = imported.contains(&file);
             let mut sources = SourceMap::new();
             let source = sources.add(file, text);
@@ -262,8 +262,7 @@ impl Completion<'_> {
         });
         let mut items: Vec<Item> = known.collect();
         items.extend(self.paths(target, written, &[ending]));
-        let shipped = load::all_shipped().map(|(file, _)| file);
-        let shipped = shipped.filter(|file| Path::new(file).extension() == Some(ending.as_ref()));
+        let shipped = shipped(ending).map(|(file, _)| file);
         items.extend(shipped.map(|file| Item::new(FILE, file, "It comes with this program.")));
         items
     }
@@ -379,6 +378,12 @@ pub(super) fn settings_of(middleware: Middleware) -> Vec<Item> {
     let keys = middleware.can().keys.iter();
     keys.map(|setting| Item::new(PROPERTY, setting.name, setting.doc))
         .collect()
+}
+
+/// The files with an ending that come with this program, and their texts.
+fn shipped(ending: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let all = load::all_shipped();
+    all.filter(move |(file, _)| Path::new(file).extension() == Some(ending.as_ref()))
 }
 
 #[cfg(test)]
