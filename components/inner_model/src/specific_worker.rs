@@ -40,9 +40,10 @@ impl Worker<Context> for SpecificWorker {
             // Requests that come as soon as it is ready find the tree.
             ctx.g.wait_for_others(JOINING);
         }
-        info!("{}: {} nodes", ctx.params.file.display(), tree.len());
         let mut worker = Self { world };
         worker.meet(ctx);
+        let count = worker.world.tree().len();
+        info!("{}: {count} nodes", ctx.params.file.display());
         Ok(worker)
     }
 
