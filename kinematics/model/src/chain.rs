@@ -46,16 +46,17 @@ pub struct Column<T> {
 }
 
 impl Robot {
-    /// The chain from the body at place `base` to the one at place `tip`.
-    ///
-    /// # Errors
-    /// The name of a joint between them that moves in several ways at once.
-    pub fn chain(&self, base: usize, tip: usize) -> Result<Chain<'_>, &str> {
+    /// The chain from the body at place `base` to the one at place `tip`. `None` if no joint connects
+    /// their trees.
+    pub fn chain(&self, base: usize, tip: usize) -> Option<Chain<'_>> {
+        if self.root(base) != self.root(tip) {
+            return None;
+        }
         let (up, down) = (self.ancestry(base), self.ancestry(tip));
         // The joints above the last common body are on both ways.
         let common = up.iter().rev().zip(down.iter().rev());
         let common = common
-            .take_while(|(one, other)| one.name == other.name)
+            .take_while(|(one, other)| std::ptr::eq(**one, **other))
             .count();
         let back = up.iter().take(up.len() - common).map(|joint| Step {
             joint,
@@ -69,15 +70,20 @@ impl Robot {
                 joint,
                 is_back: false,
             });
-        let steps: Vec<Step<'_>> = back.chain(on).collect();
-        let free = steps.iter().find(|step| step.joint.motion == Motion::Free);
-        match free {
-            Some(step) => Err(&step.joint.name),
-            None => Ok(Chain { steps }),
-        }
+        Some(Chain {
+            steps: back.chain(on).collect(),
+        })
     }
 
-    /// The joints from a body up to the root.
+    /// The root of the tree of a body.
+    pub fn root(&self, body: usize) -> usize {
+        let above = |at: &usize| Some(self.bodies.get(*at)?.joint.as_ref()?.parent);
+        std::iter::successors(Some(body), above)
+            .last()
+            .unwrap_or(body)
+    }
+
+    /// The joints from a body up to its root.
     fn ancestry(&self, body: usize) -> Vec<&Joint> {
         let mut joints = Vec::new();
         let mut at = self.bodies.get(body);

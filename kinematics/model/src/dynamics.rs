@@ -27,17 +27,10 @@ fn places<T: Real>(robot: &Robot, state: &State<T>) -> Vec<Transform<T>> {
                     translation: scaled(vector(joint.axis), position),
                     ..Transform::IDENTITY.constant()
                 }),
-                Motion::Fixed | Motion::Free => place,
+                Motion::Fixed => place,
             }
         })
         .collect()
-}
-
-/// The first joint that moves in several ways at once: no algorithm here moves it.
-pub fn free_joint(robot: &Robot) -> Option<&str> {
-    let mut joints = robot.bodies.iter().filter_map(|body| body.joint.as_ref());
-    let free = joints.find(|joint| joint.motion == Motion::Free)?;
-    Some(&free.name)
 }
 
 /// A mass that is known only when the robot moves, such as a grasped part.
@@ -66,7 +59,7 @@ impl<T: Real> Load<T> {
 }
 
 /// The efforts that the coordinates need for their accelerations: torques in Nm of those that turn,
-/// forces in N of those that slide. `gravity` is in m/s², in the frame of the root, which stands still.
+/// forces in N of those that slide. `gravity` is in m/s², in the frame of each root, which stands still.
 pub fn efforts<T: Real>(
     robot: &Robot,
     state: &State<T>,
@@ -118,7 +111,7 @@ pub fn efforts<T: Real>(
                     let faster = sum(turning, scaled(axis, rate));
                     moved.acceleration = sum(moved.acceleration, faster);
                 }
-                Motion::Fixed | Motion::Free => {}
+                Motion::Fixed => {}
             }
         }
         let at = bodies.len();
@@ -274,7 +267,7 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) 
         // Force and torque that move all that the joint carries, in the frame of its body.
         let (mut force, mut torque) = match joint.motion {
             Motion::Turns { .. } => (cross(axis, held.moment), turned(&held.tensor, axis)),
-            Motion::Slides { .. } | Motion::Fixed | Motion::Free => {
+            Motion::Slides { .. } | Motion::Fixed => {
                 (scaled(axis, held.mass), cross(held.moment, axis))
             }
         };

@@ -8,10 +8,12 @@
 mod chain;
 pub mod dynamics;
 pub mod inverse;
+mod mount;
 mod read;
 mod robot;
 mod vectors;
 
 pub use chain::{Chain, Column, Moved};
+pub use mount::{Held, Mount, Refused};
 pub use read::read;
 pub use robot::{Body, Inertia, Joint, Limits, Motion, Robot, State};

@@ -1,5 +1,6 @@
 //! Reads a robot from a URDF.
 
+use crate::mount::Held;
 use crate::robot::{Body, Inertia, Joint, Limits, Motion, Robot};
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap};
 use rc_quantity::Transform;
@@ -80,47 +81,84 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
         .iter()
         .filter_map(|edge| Some((edge.name.text.as_str(), joint(urdf, edge)?)))
         .collect();
-    let coordinates = structure.joints.iter().filter(|edge| {
-        let joint = joints.get(edge.name.text.as_str());
-        joint.is_some_and(|joint| {
-            !matches!(
-                joint.form,
-                JointType::Fixed | JointType::Floating | JointType::Planar
-            ) && joint.follows.is_none()
-        })
-    });
-    robot.coordinates = coordinates.map(|edge| edge.name.text.clone()).collect();
-    let names = robot.coordinates.iter().enumerate();
-    let coordinates: BTreeMap<&str, usize> = names.map(|(at, name)| (name.as_str(), at)).collect();
+    let mut coordinates: BTreeMap<String, usize> = BTreeMap::new();
+    for edge in &structure.joints {
+        let Some(joint) = joints.get(edge.name.text.as_str()) else {
+            continue;
+        };
+        for name in own_coordinates(&edge.name.text, joint) {
+            if coordinates
+                .insert(name.clone(), robot.coordinates.len())
+                .is_some()
+            {
+                let message = format!("a joint of several coordinates has `{name}`, too");
+                urdf.error("duplicate-id", edge.name.span, message);
+            }
+            robot.coordinates.push(name);
+        }
+    }
     let mut rest: Vec<(&str, Option<(usize, &Edge<'_>)>)> = vec![(root, None)];
     while let Some((name, edge)) = rest.pop() {
         let Some(xml) = structure.links.get(name) else {
             continue;
         };
-        let joint = edge.and_then(|(parent, edge)| {
-            let read = joints.get(edge.name.text.as_str())?;
-            Some(Joint {
-                name: edge.name.text.clone(),
-                parent,
-                place: read.place,
-                motion: motion(urdf, edge, &joints, &coordinates),
-                axis: read.axis,
-                limits: read.limits,
-            })
-        });
-        let at = robot.bodies.len();
-        robot.bodies.push(Body {
+        let mut body = Body {
             name: name.to_owned(),
             inertia: inertia(urdf, *xml),
-            joint,
-        });
+            joint: None,
+        };
+        let read = edge
+            .and_then(|(parent, edge)| Some((parent, edge, joints.get(edge.name.text.as_str())?)));
+        if let Some((parent, edge, read)) = read {
+            let joint = &edge.name.text;
+            body.joint = Some(match several(read.form) {
+                Some(held) => {
+                    let first = coordinates.get(&format!("{joint}.x")).copied();
+                    robot.hold(
+                        held,
+                        joint,
+                        parent,
+                        (read.place, read.axis),
+                        first.unwrap_or(0),
+                    )
+                }
+                None => Joint {
+                    name: joint.clone(),
+                    parent,
+                    place: read.place,
+                    motion: motion(urdf, edge, &joints, &coordinates),
+                    axis: read.axis,
+                    limits: read.limits,
+                },
+            });
+        }
+        let at = robot.bodies.len();
+        robot.bodies.push(body);
         for edge in below.get(name).into_iter().flatten().rev() {
             rest.push((&edge.child.text, Some((at, edge))));
         }
     }
-    if robot.bodies.len() < structure.links.len() && !urdf.found.has_errors() {
+    if robot.links().count() < structure.links.len() && !urdf.found.has_errors() {
         let message = "the joints of some links form a cycle".to_owned();
         urdf.error("unknown-link", tag, message);
+    }
+}
+
+/// The motion of a joint of several coordinates.
+fn several(form: JointType) -> Option<Held> {
+    match form {
+        JointType::Planar => Some(Held::Planar),
+        JointType::Floating => Some(Held::Floating),
+        _ => None,
+    }
+}
+
+/// The coordinates of a joint that moves on its own.
+fn own_coordinates(name: &str, joint: &Read) -> Vec<String> {
+    match several(joint.form) {
+        Some(held) => held.coordinates(name),
+        None if joint.form == JointType::Fixed || joint.follows.is_some() => Vec::new(),
+        None => vec![name.to_owned()],
     }
 }
 
@@ -129,7 +167,7 @@ fn motion(
     urdf: &mut Reader<'_>,
     edge: &Edge<'_>,
     joints: &BTreeMap<&str, Read>,
-    coordinates: &BTreeMap<&str, usize>,
+    coordinates: &BTreeMap<String, usize>,
 ) -> Motion {
     let Some(own) = joints.get(edge.name.text.as_str()) else {
         return Motion::Fixed;
@@ -157,7 +195,6 @@ fn motion(
     }
     let coordinate = coordinates.get(name).copied();
     match (own.form, coordinate) {
-        (JointType::Floating | JointType::Planar, _) => Motion::Free,
         (JointType::Revolute | JointType::Continuous, Some(coordinate)) => Motion::Turns {
             coordinate,
             ratio,
@@ -168,7 +205,7 @@ fn motion(
             ratio,
             offset,
         },
-        (JointType::Fixed, _) => Motion::Fixed,
+        (JointType::Fixed | JointType::Floating | JointType::Planar, _) => Motion::Fixed,
         (_, None) => {
             let message = format!("the joint `{name}`, which leads, does not move");
             urdf.error("bad-value", edge.name.span, message);
@@ -197,10 +234,7 @@ fn joint(urdf: &mut Reader<'_>, edge: &Edge<'_>) -> Option<Read> {
         limits: None,
         follows: None,
     };
-    if !matches!(
-        form,
-        JointType::Revolute | JointType::Continuous | JointType::Prismatic
-    ) {
+    if matches!(form, JointType::Fixed | JointType::Floating) {
         return Some(read);
     }
     if let Some(axis) = child(xml, "axis") {
@@ -217,6 +251,9 @@ fn joint(urdf: &mut Reader<'_>, edge: &Edge<'_>) -> Option<Read> {
             let message = "the axis of the joint is 0".to_owned();
             urdf.error("bad-value", urdf.text.tag(axis), message);
         }
+    }
+    if form == JointType::Planar {
+        return Some(read);
     }
     if let Some(limit) = child(xml, "limit") {
         read.limits = limits(urdf, limit, form);

@@ -4,26 +4,27 @@ use rc_quantity::Real;
 use rc_quantity::Transform;
 use rc_quantity::rotation::Matrix;
 
-/// A robot: bodies that joints connect to a tree.
+/// A robot, or several ones: bodies that joints connect to trees.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Robot {
     /// Its name.
     pub name: String,
-    /// The first one is the root. A body comes after the one that it is connected to.
+    /// A body comes after the one that its joint is fixed to. The first one is a root.
     pub bodies: Vec<Body>,
     /// The joints that move on their own, in the order of the file. Each has a coordinate: a place in
-    /// the positions, velocities and accelerations of a [`State`].
+    /// the positions, velocities and accelerations of a [`State`]. A joint of several coordinates is a
+    /// chain of joints: `NAME.x` and others.
     pub coordinates: Vec<String>,
 }
 
 /// A rigid body, with the joint that moves it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// The name of the link.
+    /// The name of the link. It is empty for a body inside a joint of several coordinates.
     pub name: String,
     /// Its mass, if the file says it.
     pub inertia: Option<Inertia>,
-    /// The joint; the root has none.
+    /// The joint; a root has none.
     pub joint: Option<Joint>,
 }
 
@@ -78,8 +79,6 @@ pub enum Motion {
         /// In metres.
         offset: f64,
     },
-    /// In several ways at once: `floating` or `planar`. No chain leads over it.
-    Free,
 }
 
 /// The limits of a joint, in radians or metres.
@@ -109,7 +108,15 @@ pub struct State<T = f64> {
 impl Robot {
     /// The place of a body.
     pub fn body(&self, name: &str) -> Option<usize> {
-        self.bodies.iter().position(|body| body.name == name)
+        self.links()
+            .find(|(_, link)| *link == name)
+            .map(|(at, _)| at)
+    }
+
+    /// The bodies that are links, by their places and names.
+    pub fn links(&self) -> impl Iterator<Item = (usize, &str)> {
+        let bodies = self.bodies.iter().map(|body| body.name.as_str());
+        bodies.enumerate().filter(|(_, name)| !name.is_empty())
     }
 
     /// The limits of each coordinate, of the joint that it moves directly.
@@ -148,7 +155,7 @@ impl Motion {
             | Self::Slides {
                 coordinate, ratio, ..
             } => Some((coordinate, ratio)),
-            Self::Fixed | Self::Free => None,
+            Self::Fixed => None,
         }
     }
 
@@ -166,7 +173,7 @@ impl Motion {
                 ratio,
                 offset,
             } => (coordinate, T::constant(ratio), T::constant(offset)),
-            Self::Fixed | Self::Free => return [zero; 3],
+            Self::Fixed => return [zero; 3],
         };
         let at = |all: &[T]| all.get(coordinate).copied().unwrap_or(zero) * ratio;
         [

@@ -1,4 +1,5 @@
 //! Tests of robots.
 
 mod pinocchio;
+mod real;
 mod texts;

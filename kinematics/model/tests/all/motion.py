@@ -1,4 +1,7 @@
 # For each robot of the input: what Pinocchio gives for it in some states.
+#
+# Its joints that follow other ones move on their own here. The numbers of the script are those of the
+# coordinates, over the matrix of the velocities of its joints for those of coordinates.
 import json
 import sys
 
@@ -6,52 +9,98 @@ import numpy
 import pinocchio
 
 
+def turned(angles, rates):
+    """The angular velocity in the body for rates of roll, pitch and yaw, as a matrix; and its rate."""
+    (r, p, _), (dr, dp, _) = angles, rates
+    sr, cr, sp, cp = numpy.sin(r), numpy.cos(r), numpy.sin(p), numpy.cos(p)
+    matrix = [[1, 0, -sp], [0, cr, cp * sr], [0, -sr, cp * cr]]
+    rate = [
+        [0, 0, -cp * dp],
+        [0, -sr * dr, -sp * sr * dp + cp * cr * dr],
+        [0, -cr * dr, -sp * cr * dp - cp * sr * dr],
+    ]
+    return numpy.array(matrix), numpy.array(rate)
+
+
+def skew(w):
+    return numpy.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+
+
+def state_of(model, case, positions, velocities):
+    """The positions of all joints, the matrix of their velocities, and its rate."""
+    q = pinocchio.neutral(model)
+    count = len(positions)
+    motion, rate = numpy.zeros((model.nv, count)), numpy.zeros((model.nv, count))
+    for name, at, ratio, offset in case["driven"]:
+        joint = model.joints[model.getJointId(name)]
+        value = ratio * positions[at] + offset
+        if joint.nq == 2:  # a continuous joint: cosine and sine
+            q[joint.idx_q : joint.idx_q + 2] = numpy.cos(value), numpy.sin(value)
+        else:
+            q[joint.idx_q] = value
+        motion[joint.idx_v, at] = ratio
+    for name, first, size in case["several"]:
+        joint = model.joints[model.getJointId(name)]
+        own = slice(first, first + size)
+        p, v = numpy.array(positions[own]), numpy.array(velocities[own])
+        rows = slice(joint.idx_v, joint.idx_v + joint.nv)
+        if size == 3:
+            c, s = numpy.cos(p[2]), numpy.sin(p[2])
+            q[joint.idx_q : joint.idx_q + 4] = [p[0], p[1], c, s]
+            motion[rows, own] = [[c, s, 0], [-s, c, 0], [0, 0, 1]]
+            rate[rows, own] = v[2] * numpy.array([[-s, c, 0], [-c, -s, 0], [0, 0, 0]])
+        else:
+            turn = pinocchio.rpy.rpyToMatrix(p[3:])
+            q[joint.idx_q : joint.idx_q + 3] = p[:3]
+            q[joint.idx_q + 3 : joint.idx_q + 7] = pinocchio.Quaternion(turn).coeffs()
+            spin, spin_rate = turned(p[3:], v[3:])
+            nothing = numpy.zeros((3, 3))
+            motion[rows, own] = numpy.block([[turn.T, nothing], [nothing, spin]])
+            rate[rows, own] = numpy.block([[-skew(spin @ v[3:]) @ turn.T, nothing], [nothing, spin_rate]])
+    return q, motion, rate
+
+
+def frame(model, name):
+    """Pinocchio returns a place behind its list for an unknown name."""
+    at = model.getFrameId(name, pinocchio.FrameType.BODY)
+    if at >= model.nframes:
+        raise KeyError(name)
+    return at
+
+
 def facts(case):
-    model = pinocchio.buildModelFromXML(case["urdf"], True)
+    if "file" in case:
+        model = pinocchio.buildModelFromUrdf(case["file"])
+    else:
+        model = pinocchio.buildModelFromXML(case["urdf"])
     model.gravity.linear = numpy.array(case["gravity"])
     data = model.createData()
-    names = case["coordinates"]
-
-    def full(values, size, places):
-        out = numpy.zeros(size)
-        for name, value in zip(names, values):
-            joint = model.joints[model.getJointId(name)]
-            if joint.nq == 2:  # a continuous joint: cosine and sine
-                out[joint.idx_q] = numpy.cos(value)
-                out[joint.idx_q + 1] = numpy.sin(value)
-            else:
-                out[places(joint)] = value
-        return out
-
-    columns = [model.joints[model.getJointId(name)].idx_v for name in names]
     limits = []
-    for name in names:
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq == 1:
+    for name in case["coordinates"]:
+        joint = model.joints[model.getJointId(name)] if model.existJointName(name) else None
+        if joint is not None and joint.nq == 1:
             limits.append([model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]])
         else:
             limits.append(None)
     states = []
     for state in case["states"]:
-        q = full(state["positions"], model.nq, lambda joint: joint.idx_q)
-        for name, value in zip(names, state["positions"]):
-            joint = model.joints[model.getJointId(name)]
-            if joint.nq == 2:
-                q[joint.idx_q] = numpy.cos(value)
-                q[joint.idx_q + 1] = numpy.sin(value)
-        v, a = numpy.zeros(model.nv), numpy.zeros(model.nv)
-        v[columns], a[columns] = state["velocities"], state["accelerations"]
+        q, motion, rate = state_of(model, case, state["positions"], state["velocities"])
+        speeds = numpy.array(state["velocities"])
+        v = motion @ speeds
+        a = motion @ state["accelerations"] + rate @ speeds
         pinocchio.forwardKinematics(model, data, q, v, a)
         pinocchio.updateFramePlacements(model, data)
         pinocchio.computeJointJacobians(model, data, q)
-        root = data.oMf[model.getFrameId(case["root"])]
+        root = data.oMf[frame(model, case["root"])]
         frames = []
-        for body in case["bodies"]:
-            at = model.getFrameId(body)
+        for body in state["bodies"]:
+            at = frame(model, body)
             kind = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
             velocity = pinocchio.getFrameVelocity(model, data, at, kind)
             acceleration = pinocchio.getFrameClassicalAcceleration(model, data, at, kind)
-            jacobian = pinocchio.getFrameJacobian(model, data, at, kind)[:, columns]
+            # Pinocchio has no memory for a Jacobian without columns.
+            jacobian = pinocchio.getFrameJacobian(model, data, at, kind) if model.nv else numpy.zeros(0)
+            jacobian = jacobian.reshape(6, model.nv) @ motion
             frames.append(
                 {
                     "pose": (root.inverse() * data.oMf[at]).homogeneous.tolist(),
@@ -60,31 +109,35 @@ def facts(case):
                     "jacobian": jacobian.T.tolist(),
                 }
             )
-        if "<mimic" in case["urdf"]:
-            # Version 4.1 adds up other numbers for joints that follow. Each column by its efforts.
-            still = numpy.zeros(model.nv)
-            weight = pinocchio.rnea(model, data, q, still, still).copy()
-            columns_of_mass = [pinocchio.rnea(model, data, q, still, unit) - weight for unit in numpy.eye(model.nv)]
-            mass = numpy.array(columns_of_mass).T
+        mass = numpy.reshape(pinocchio.crba(model, data, q), (model.nv, model.nv))
+        mass = numpy.triu(mass) + numpy.triu(mass, 1).T
+        small = motion.T @ mass @ motion
+        if case["is_weightless"]:
+            accelerations = numpy.zeros(0)
+        elif case["is_plain"]:
+            accelerations = pinocchio.aba(model, data, q, v, motion @ state["accelerations"])
+            accelerations = motion.T @ accelerations
         else:
-            mass = pinocchio.crba(model, data, q)
-            mass = numpy.triu(mass) + numpy.triu(mass, 1).T
-        # The equation of motion, solved: aba knows no joints that follow in version 4.1.
-        bias = pinocchio.nonLinearEffects(model, data, q, v)
-        square = mass[numpy.ix_(columns, columns)]
-        if "<mimic" in case["urdf"]:
-            accelerations = numpy.linalg.solve(square, a[columns] - bias[columns])
-        else:
-            accelerations = pinocchio.aba(model, data, q, v, a)[columns]
+            # The equation of motion of the coordinates, solved.
+            bias = motion.T @ pinocchio.rnea(model, data, q, v, rate @ speeds)
+            accelerations = numpy.linalg.solve(small, state["accelerations"] - bias) if len(small) else small
         states.append(
             {
                 "accelerations": accelerations.tolist(),
                 "frames": frames,
-                "efforts": pinocchio.rnea(model, data, q, v, a)[columns].tolist(),
-                "mass": mass[numpy.ix_(columns, columns)].tolist(),
+                "efforts": (motion.T @ pinocchio.rnea(model, data, q, v, a)).tolist(),
+                "mass": small.tolist(),
             }
         )
     return {"limits": limits, "mass": sum(inertia.mass for inertia in model.inertias), "states": states}
 
 
-json.dump([facts(case) for case in json.load(sys.stdin)], sys.stdout)
+def refused(case):
+    try:
+        return facts(case)
+    except Exception as error:
+        return {"refused": str(error)}
+
+
+cases = json.load(sys.stdin)
+json.dump([refused(case) if "file" in case else facts(case) for case in cases], sys.stdout)
