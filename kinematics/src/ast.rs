@@ -1,15 +1,25 @@
 //! The syntax tree of a `.kdsl` text.
 
 use rc_diagnostics::Span;
+use rc_robot::Held;
 use rc_syntax::{Literal, Name};
 
 /// A text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
     /// The files of robots.
-    pub imports: Vec<Name>,
+    pub imports: Vec<Import>,
     /// `Kinematics NAME { … }`
     pub kinematics: Option<Kinematics>,
+}
+
+/// `import "FILE" as NAME`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// The file.
+    pub file: Name,
+    /// The name before those of its links and joints.
+    pub alias: Option<Name>,
 }
 
 /// `Kinematics NAME { … }`
@@ -19,6 +29,10 @@ pub struct Kinematics {
     pub name: Name,
     /// `math std` and `math libm`
     pub math: Vec<(Span, Math)>,
+    /// How robots are held.
+    pub mounts: Vec<Mount>,
+    /// The frames that are kept together.
+    pub loops: Vec<Loop>,
     /// Its postures.
     pub postures: Vec<Posture>,
     /// Its solvers.
@@ -33,6 +47,32 @@ pub enum Math {
     Std,
     /// The crate `libm`, for programs without the standard library.
     Libm,
+}
+
+/// `fixed LINK in BASE at X, Y, Z rpy R, P, Y`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mount {
+    /// The whole of it.
+    pub span: Span,
+    /// How the link moves in its base.
+    pub held: Held,
+    /// The root of a robot.
+    pub link: Name,
+    /// What holds it.
+    pub base: Name,
+    /// Where: three lengths, then three angles. Empty at its origin.
+    pub place: Vec<Quantity>,
+}
+
+/// `loop NAME { FRAME = FRAME; }`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loop {
+    /// Its name.
+    pub name: Name,
+    /// The frames.
+    pub pairs: Vec<(Name, Name)>,
+    /// `point`: only the origins stay together.
+    pub point: Vec<Span>,
 }
 
 /// `posture NAME { JOINT = NUMBER; … }`
@@ -66,6 +106,8 @@ pub struct Solver {
     pub gravity: Vec<(Span, Vec<Literal>)>,
     /// `payload NAME at FRAME`
     pub payloads: Vec<Payload>,
+    /// `holding JOINT, JOINT`
+    pub holding: Vec<(Span, Vec<Name>)>,
     /// Its inverse question: which joints move a frame in the wanted way.
     pub inverses: Vec<Inverse>,
     /// Its settings.
@@ -173,6 +215,16 @@ pub enum OutputKind {
     MassMatrix,
     /// `accelerations`
     Accelerations,
+    /// `loop_errors`
+    LoopErrors,
+    /// `loop_jacobian`
+    LoopJacobian,
+    /// `loop_forces`
+    LoopForces,
+    /// `closed_positions`
+    ClosedPositions,
+    /// `closed_velocities`
+    ClosedVelocities,
 }
 
 /// A part of the motion of a frame in another one.

@@ -6,7 +6,8 @@ use crate::work::Work;
 use rc_formula::{Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};
-use rc_robot::dynamics::{self, Load};
+use rc_robot::dynamics::{self, Load, Motions};
+use rc_robot::loops::{self, Loop};
 use rc_robot::{Chain, Robot, State};
 use rc_vocabulary::Primitive;
 
@@ -129,6 +130,26 @@ pub(crate) enum Computed<'r> {
     Efforts([f64; 3]),
     MassMatrix,
     Accelerations([f64; 3]),
+    Closed(OfLoops),
+}
+
+/// An output of all loops.
+#[derive(Clone, Debug)]
+pub(crate) enum OfLoops {
+    Errors,
+    Jacobian,
+    Forces([f64; 3]),
+    /// Without these coordinates.
+    Positions(Vec<usize>),
+    Velocities(Vec<usize>),
+}
+
+/// What all outputs of a solver are about.
+pub(crate) struct Subject<'r> {
+    pub(crate) robot: &'r Robot,
+    pub(crate) loops: &'r [Loop<'r>],
+    /// The bodies that carry the payloads.
+    pub(crate) payloads: &'r [usize],
 }
 
 impl Computed<'_> {
@@ -143,25 +164,47 @@ impl Computed<'_> {
             Self::Efforts(_) => (true, true),
             Self::MassMatrix => (false, false),
             Self::Accelerations(_) => (true, false),
+            Self::Closed(output) => match output {
+                OfLoops::Errors | OfLoops::Jacobian | OfLoops::Positions(_) => (false, false),
+                OfLoops::Forces(_) | OfLoops::Velocities(_) => (true, false),
+            },
         }
+    }
+
+    /// Whether it is of the forces of joints.
+    pub(crate) fn needs_efforts(&self) -> bool {
+        let is_forces = matches!(self, Self::Closed(OfLoops::Forces(_)));
+        is_forces || matches!(self, Self::Accelerations(_))
+    }
+
+    /// Whether gravity changes it.
+    pub(crate) fn has_weight(&self) -> bool {
+        self.needs_efforts() || matches!(self, Self::Efforts(_))
     }
 
     /// Whether it is of masses, and changes with payloads.
     pub(crate) fn has_masses(&self) -> bool {
-        !matches!(self, Self::Motion { .. })
+        matches!(self, Self::MassMatrix) || self.has_weight()
     }
 
     /// How many joints its algorithm passes.
-    pub(crate) fn steps(&self, robot: &Robot) -> usize {
+    pub(crate) fn steps(&self, robot: &Robot, loops: &[Loop<'_>]) -> usize {
+        let rows: usize = loops.iter().map(Loop::rows).sum();
+        let of_loops = rows * robot.coordinates.len() + rows * rows;
         match self {
+            Self::Closed(OfLoops::Errors | OfLoops::Jacobian) => {
+                loops.iter().map(|closed| closed.chain.len()).sum()
+            }
+            Self::Closed(OfLoops::Velocities(_)) => of_loops,
+            Self::Closed(OfLoops::Positions(_)) => 4 * of_loops,
             Self::Motion {
                 chain, expressed, ..
             } => chain.len() + expressed.as_ref().map_or(0, Chain::len),
             Self::Efforts(_) => robot.bodies.len(),
-            Self::MassMatrix | Self::Accelerations(_) => {
+            Self::MassMatrix | Self::Accelerations(_) | Self::Closed(OfLoops::Forces(_)) => {
                 // The algorithm goes from each moving body to the root.
                 let mut depths: Vec<usize> = Vec::with_capacity(robot.bodies.len());
-                let mut steps = robot.bodies.len();
+                let mut steps = robot.bodies.len() + of_loops;
                 for body in &robot.bodies {
                     let joint = body.joint.as_ref();
                     let depth = joint.map_or(0, |joint| depths[joint.parent] + 1);
@@ -178,17 +221,31 @@ impl Computed<'_> {
     /// Its numbers, by rows.
     fn numbers<T: Real>(
         &self,
-        robot: &Robot,
+        subject: &Subject<'_>,
         state: &State<T>,
         efforts: &[T],
         loads: &[Load<T>],
     ) -> Vec<T> {
+        let Subject { robot, loops, .. } = subject;
+        let forced = |gravity: &[f64; 3]| {
+            let motions = Motions {
+                state,
+                efforts,
+                gravity: *gravity,
+            };
+            loops::accelerations(robot, loops, &motions, loads)
+        };
         match self {
+            Self::Closed(output) => match output {
+                OfLoops::Errors => loops::errors(loops, state),
+                OfLoops::Jacobian => loops::jacobian(loops, state).concat(),
+                OfLoops::Forces(gravity) => forced(gravity).1,
+                OfLoops::Positions(held) => loops::closed_positions(loops, state, held),
+                OfLoops::Velocities(held) => loops::closed_velocities(loops, state, held),
+            },
             Self::Efforts(gravity) => dynamics::efforts(robot, state, *gravity, loads),
             Self::MassMatrix => dynamics::mass_matrix(robot, state, loads).concat(),
-            Self::Accelerations(gravity) => {
-                dynamics::accelerations(robot, state, efforts, *gravity, loads)
-            }
+            Self::Accelerations(gravity) => forced(gravity).0,
             Self::Motion {
                 what,
                 chain,
@@ -233,8 +290,9 @@ impl Computed<'_> {
 }
 
 /// The operations of all these outputs, for payloads at these bodies.
-pub(crate) fn recorded(robot: &Robot, outputs: &[Computed<'_>], payloads: &[usize]) -> Program {
-    let count = robot.coordinates.len();
+pub(crate) fn recorded(subject: &Subject<'_>, outputs: &[Computed<'_>]) -> Program {
+    let payloads = subject.payloads;
+    let count = subject.robot.coordinates.len();
     let recorder = Recorder::new(4 * count + PAYLOAD * payloads.len());
     let one = |at: usize| recorder.input(at, Primitive::F64);
     let input =
@@ -260,6 +318,6 @@ pub(crate) fn recorded(robot: &Robot, outputs: &[Computed<'_>], payloads: &[usiz
     });
     let loads: Vec<Load<Term<'_>>> = loads.collect();
     let numbers = outputs.iter();
-    let numbers = numbers.map(|output| output.numbers(robot, &state, &efforts, &loads));
+    let numbers = numbers.map(|output| output.numbers(subject, &state, &efforts, &loads));
     recorder.program(&numbers.collect::<Vec<_>>().concat())
 }

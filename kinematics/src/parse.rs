@@ -1,11 +1,12 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    File, Inverse, Kinematics, Math, MotionPart, Output, OutputKind, Payload, Posture, Quantity,
-    Setting, SettingKind, Solver,
+    File, Import, Inverse, Kinematics, Loop, Math, MotionPart, Mount, Output, OutputKind, Payload,
+    Posture, Quantity, Setting, SettingKind, Solver,
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_robot::Held;
 use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
@@ -18,7 +19,7 @@ use rc_syntax::{Literal, Name, ParseContext};
 pub struct Grammar;
 
 /// The contents of a solver.
-const OUTPUTS: [&str; 18] = [
+const OUTPUTS: [&str; 24] = [
     "pose",
     "jacobian",
     "velocity",
@@ -26,6 +27,12 @@ const OUTPUTS: [&str; 18] = [
     "efforts",
     "mass_matrix",
     "accelerations",
+    "loop_errors",
+    "loop_jacobian",
+    "loop_forces",
+    "closed_positions",
+    "closed_velocities",
+    "holding",
     "gravity",
     "payload",
     "inverse",
@@ -46,8 +53,21 @@ pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     for pair in reader.file::<Rule>().into_iter().flatten() {
         match pair.as_rule() {
             Rule::import => {
-                let texts = reader.texts(pair);
-                file.imports.extend(texts.into_iter().last());
+                let (mut named, mut alias) = (None, None);
+                for part in pair.into_inner() {
+                    match part.as_rule() {
+                        Rule::string => named = Some(reader.string(&part)),
+                        Rule::alias => {
+                            let mut inside = part.into_inner();
+                            let name = inside.find(|part| part.as_rule() == Rule::name);
+                            alias = name.map(|name| reader.name(&name));
+                        }
+                        Rule::semicolon => reader.semicolon(&part),
+                        _ => {}
+                    }
+                }
+                file.imports
+                    .extend(named.map(|file| Import { file, alias }));
             }
             Rule::kinematics => file.kinematics = Some(kinematics(&mut reader, pair)),
             Rule::trailing => reader.trailing(&pair),
@@ -61,6 +81,8 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
     let mut kinematics = Kinematics {
         name: Name::new("", r.span(&pair)),
         math: Vec::new(),
+        mounts: Vec::new(),
+        loops: Vec::new(),
         postures: Vec::new(),
         solvers: Vec::new(),
     };
@@ -79,14 +101,21 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
                     }
                 }
             }
+            Rule::mount => kinematics.mounts.extend(mount(r, part)),
+            Rule::ring => kinematics.loops.push(closed(r, part)),
             Rule::posture => kinematics.postures.push(posture(r, part)),
             Rule::skipped => {
                 let rule = match r.first_word(&part).text.to_lowercase().as_str() {
                     "posture" => Rule::posture,
                     "math" => Rule::math,
+                    "fixed" | "planar" | "floating" => Rule::mount,
+                    "loop" => Rule::ring,
                     _ => Rule::solver,
                 };
-                skipped(r, &part, &["solver", "posture", "math"], rule);
+                let words = [
+                    "solver", "posture", "fixed", "planar", "floating", "loop", "math",
+                ];
+                skipped(r, &part, &words, rule);
             }
             _ => {}
         }
@@ -122,6 +151,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
         outputs: Vec::new(),
         gravity: Vec::new(),
         payloads: Vec::new(),
+        holding: Vec::new(),
         inverses: Vec::new(),
         settings: Vec::new(),
     };
@@ -135,8 +165,8 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     .outputs
                     .extend(kind.map(|kind| Output { span, kind }));
             }
-            Rule::dynamics => {
-                let kind = dynamics(r, part);
+            Rule::whole => {
+                let kind = whole(r, part);
                 solver
                     .outputs
                     .extend(kind.map(|kind| Output { span, kind }));
@@ -167,6 +197,17 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     .payloads
                     .extend(both.map(|(name, link)| Payload { span, name, link }));
             }
+            Rule::holding => {
+                let mut joints = Vec::new();
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::frame => joints.extend(frame(r, inside)),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+                solver.holding.push((span, joints));
+            }
             Rule::inverse => solver.inverses.extend(inverse(r, part, span)),
             Rule::setting => {
                 let kind = setting(r, part);
@@ -186,7 +227,10 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     "null" => Rule::null,
                     "period" => Rule::period,
                     "gravity" => Rule::gravity,
-                    "efforts" | "mass_matrix" | "accelerations" => Rule::dynamics,
+                    "efforts" | "mass_matrix" | "accelerations" | "loop_errors"
+                    | "loop_jacobian" | "loop_forces" | "closed_positions"
+                    | "closed_velocities" => Rule::whole,
+                    "holding" => Rule::holding,
                     "payload" => Rule::payload,
                     _ => Rule::motion,
                 };
@@ -345,13 +389,18 @@ fn setting(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<SettingKind
     kind
 }
 
-fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
+fn whole(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
     let mut kind = None;
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::kw_efforts => kind = Some(OutputKind::Efforts),
             Rule::kw_mass_matrix => kind = Some(OutputKind::MassMatrix),
             Rule::kw_accelerations => kind = Some(OutputKind::Accelerations),
+            Rule::kw_loop_errors => kind = Some(OutputKind::LoopErrors),
+            Rule::kw_loop_jacobian => kind = Some(OutputKind::LoopJacobian),
+            Rule::kw_loop_forces => kind = Some(OutputKind::LoopForces),
+            Rule::kw_closed_positions => kind = Some(OutputKind::ClosedPositions),
+            Rule::kw_closed_velocities => kind = Some(OutputKind::ClosedVelocities),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
@@ -359,12 +408,92 @@ fn dynamics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind
     kind
 }
 
+fn mount(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Mount> {
+    let span = trimmed(r, &pair);
+    let (mut held, mut frames, mut place) = (None, Vec::new(), Vec::new());
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_fixed => held = Some(Held::Fixed),
+            Rule::kw_planar => held = Some(Held::Planar),
+            Rule::kw_floating => held = Some(Held::Floating),
+            Rule::frame => frames.extend(frame(r, part)),
+            Rule::place => {
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::quantity => place.extend(quantity(r, inside)),
+                        Rule::rpy => {
+                            let inside = inside.into_inner();
+                            let given = inside.filter(|part| part.as_rule() == Rule::quantity);
+                            place.extend(given.filter_map(|part| quantity(r, part)));
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    let mut frames = frames.into_iter();
+    Some(Mount {
+        span,
+        held: held?,
+        link: frames.next()?,
+        base: frames.next()?,
+        place,
+    })
+}
+
+fn closed(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Loop {
+    let mut closed = Loop {
+        name: Name::new("", r.span(&pair)),
+        pairs: Vec::new(),
+        point: Vec::new(),
+    };
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => closed.name = r.name(&part),
+            Rule::pair => {
+                let mut frames = Vec::new();
+                for inside in part.into_inner() {
+                    match inside.as_rule() {
+                        Rule::frame => frames.extend(frame(r, inside)),
+                        Rule::semicolon => r.semicolon(&inside),
+                        _ => {}
+                    }
+                }
+                let mut frames = frames.into_iter();
+                closed.pairs.extend(frames.next().zip(frames.next()));
+            }
+            Rule::point => {
+                closed.point.push(trimmed(r, &part));
+                let mut inside = part.into_inner();
+                if let Some(end) = inside.find(|part| part.as_rule() == Rule::semicolon) {
+                    r.semicolon(&end);
+                }
+            }
+            Rule::skipped => r.report_skipped(&part, Rule::pair),
+            _ => {}
+        }
+    }
+    closed
+}
+
 rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = false, {
     file | kinematics => "`Kinematics`",
     import => "`import`",
     solver => "`solver`",
     motion => "`pose`, `jacobian`, `velocity` or `acceleration`",
-    dynamics => "`efforts`, `mass_matrix` or `accelerations`",
+    whole => "`efforts`, `mass_matrix`, `accelerations` or an output of loops",
+    holding => "`holding`",
+    alias => "`as NAME`",
+    mount => "`fixed`, `planar` or `floating`",
+    place => "`at X, Y, Z`",
+    rpy => "`rpy`",
+    ring => "`loop`",
+    pair => "`FRAME = FRAME;`",
+    point => "`point`",
+    path => "a name",
     payload => "`payload`",
     kw_at => "`at`",
     gravity => "`gravity`",

@@ -1,13 +1,16 @@
 //! Resolves the names of a text in its robot.
 
+mod cells;
 mod inverse;
 
-use crate::ast::{self, Math, MotionPart, OutputKind};
-use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, recorded};
+use crate::ast::{self, Math, MotionPart, OutputKind, Quantity};
+use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, Subject, recorded};
 use crate::names::{ARRAYS, type_name};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::is_reserved;
+use rc_quantity::Unit;
+use rc_robot::loops::Loop;
 use rc_robot::{Chain, Robot, dynamics};
 use rc_syntax::{Loader, Name};
 use std::collections::{BTreeMap, HashMap};
@@ -58,23 +61,17 @@ pub fn load(
     source: SourceId,
 ) -> (Option<Cell>, Diagnostics) {
     let (file, mut found) = parse(sources, source);
-    let Some(kinematics) = file.kinematics else {
+    let Some(kinematics) = &file.kinematics else {
         return (None, found);
     };
-    let Some(robot) = robot(
-        sources,
-        loader,
-        source,
-        &file.imports,
-        &kinematics,
-        &mut found,
-    ) else {
+    let robots = cells::robots(sources, (loader, source), &file, kinematics, &mut found);
+    let Some(robot) = robots else {
         return (None, found);
     };
-    let bodies = robot.bodies.iter().enumerate();
     let mut resolver = Resolver {
         robot: &robot,
-        bodies: bodies.map(|(at, body)| (body.name.as_str(), at)).collect(),
+        bodies: robot.links().map(|(at, name)| (name, at)).collect(),
+        loops: Vec::new(),
         found,
         steps: 0,
         postures: BTreeMap::new(),
@@ -86,6 +83,7 @@ pub fn load(
     if let [(first, _), (second, _), ..] = kinematics.math.as_slice() {
         resolver.duplicate(*second, "`math` occurs twice".to_owned(), *first);
     }
+    resolver.loops(&kinematics.loops);
     resolver.postures(&kinematics.postures);
     for solver in &kinematics.solvers {
         let name = &solver.name;
@@ -117,57 +115,43 @@ pub fn load(
     (Some(cell), found)
 }
 
-/// Reads the robot that a text imports.
-fn robot(
-    sources: &mut SourceMap,
-    loader: &dyn Loader,
-    source: SourceId,
-    imports: &[Name],
-    kinematics: &ast::Kinematics,
-    found: &mut Diagnostics,
-) -> Option<Robot> {
-    let Some(import) = imports.first() else {
-        let message = "no robot is imported".to_owned();
-        let error = Diagnostic::error("missing-robot", kinematics.name.span, message);
-        found.push(error.help("write `import \"robot.urdf\";` before it"));
-        return None;
-    };
-    let from = sources.path(source).to_path_buf();
-    let file = match loader.find(&from, &import.text, "urdf") {
-        Ok(file) => file,
-        Err(missing) => {
-            found.push(missing.diagnostic(&import.text, "urdf", import.span));
-            return None;
-        }
-    };
-    // One file by two paths is one robot.
-    let identity = loader.identity(&file.path);
-    let is_other = |import: &&Name| {
-        let file = loader.find(&from, &import.text, "urdf");
-        file.map_or(true, |file| loader.identity(&file.path) != identity)
-    };
-    if let Some(second) = imports[1..].iter().find(is_other) {
-        let message = "a second robot is imported: solvers are those of one robot".to_owned();
-        let error = Diagnostic::error("second-robot", second.span, message);
-        let error = error.label(import.span, "the first one");
-        found.push(error.help("write a file for each robot, or connect them to one in a URDF"));
-    }
-    let source = sources.add(file.path, file.text);
-    let (robot, of_robot) = rc_robot::read(sources, source);
-    let is_wrong = of_robot.has_errors();
-    found.extend(of_robot);
-    (!is_wrong).then_some(robot)
-}
-
 struct Resolver<'r> {
     robot: &'r Robot,
     /// The places of bodies by name.
     bodies: HashMap<&'r str, usize>,
+    loops: Vec<Loop<'r>>,
     found: Diagnostics,
     /// The joints that all solvers so far pass.
     steps: usize,
     /// The positions of all coordinates, by the names of postures.
     postures: BTreeMap<String, Vec<f64>>,
+}
+
+/// A number in this unit. A number without a unit is in it.
+fn quantity(found: &mut Diagnostics, quantity: &Quantity, wanted: &str) -> Option<f64> {
+    let value = quantity.number.as_f64().filter(|value| value.is_finite());
+    let Some(value) = value else {
+        let message = format!("expected a number, found {}", quantity.number.described());
+        found.push(Diagnostic::error(
+            "bad-value",
+            quantity.number.span,
+            message,
+        ));
+        return None;
+    };
+    let Some(unit) = &quantity.unit else {
+        return Some(value);
+    };
+    let given = Unit::parse(&unit.text).ok();
+    let conversion = given
+        .zip(Unit::parse(wanted).ok())
+        .and_then(|(given, wanted)| given.conversion_to(&wanted));
+    if conversion.is_none() {
+        let message = format!("expected a number in `{wanted}`, found `{}`", unit.text);
+        let error = Diagnostic::error("bad-value", unit.span, message);
+        found.push(error.help(format!("write `{wanted}`, or a unit that converts into it")));
+    }
+    Some(conversion?.apply(value))
 }
 
 /// A name as one of printed code.
@@ -214,32 +198,28 @@ impl<'r> Resolver<'r> {
                 self.robot.name, name.text
             );
             let error = Diagnostic::error("unknown-link", name.span, message);
-            let known = self.robot.bodies.iter().map(|body| body.name.as_str());
+            let known = self.robot.links().map(|(_, name)| name);
             self.found.push(error.suggest(&name.text, known));
         }
         found
     }
 
     fn chain(&mut self, base: usize, tip: usize, span: Span) -> Option<Chain<'r>> {
-        match self.robot.chain(base, tip) {
-            Ok(chain) => Some(chain),
-            Err(joint) => {
-                self.free(joint, span);
-                None
-            }
+        let chain = self.robot.chain(base, tip);
+        if chain.is_none() {
+            let bodies = &self.robot.bodies;
+            let message = format!(
+                "nothing connects `{}` and `{}`: they are parts of different robots",
+                bodies[base].name, bodies[tip].name
+            );
+            let error = Diagnostic::error("unconnected-frames", span, message);
+            let root = &bodies[self.robot.root(tip)].name;
+            self.found.push(error.help(format!(
+                "write where one is, such as `fixed {root} in {} at 1 m, 0, 0;`",
+                bodies[base].name
+            )));
         }
-    }
-
-    fn free(&mut self, joint: &str, span: Span) {
-        let message = format!(
-            "the joint `{joint}` moves in several ways at once: no solver knows its motion"
-        );
-        let error = Diagnostic::error("free-joint", span, message);
-        self.found.push(
-            error.help(
-                "joints of type `revolute`, `continuous`, `prismatic` and `fixed` have solvers",
-            ),
-        );
+        chain
     }
 
     fn gravity(&mut self, solver: &ast::Solver) -> [f64; 3] {
@@ -261,13 +241,16 @@ impl<'r> Resolver<'r> {
             self.error("bad-value", literal.span, message);
         }
         let needs = |output: &ast::Output| {
-            matches!(output.kind, OutputKind::Efforts | OutputKind::Accelerations)
+            matches!(
+                output.kind,
+                OutputKind::Efforts | OutputKind::Accelerations | OutputKind::LoopForces
+            )
         };
         if let Some((span, _)) = solver.gravity.first()
             && !solver.outputs.iter().any(needs)
         {
             let message =
-                "`gravity` changes nothing: this solver gives no `efforts` and no `accelerations`"
+                "`gravity` changes nothing: this solver gives no `efforts`, `accelerations` or `loop_forces`"
                     .to_owned();
             self.found
                 .push(Diagnostic::warning("without-effect", *span, message));
@@ -278,10 +261,11 @@ impl<'r> Resolver<'r> {
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
         self.without_settings(solver);
         let gravity = self.gravity(solver);
+        let held = self.holding(solver);
         let mut known: HashMap<String, Span> = HashMap::new();
         let (mut outputs, mut computed, mut numbers) = (Vec::new(), Vec::new(), 0);
         for output in &solver.outputs {
-            let Some((described, what)) = self.output(output, gravity) else {
+            let Some((described, what)) = self.output(output, gravity, &held) else {
                 continue;
             };
             if let Some(first) = known.get(&described.name) {
@@ -290,7 +274,7 @@ impl<'r> Resolver<'r> {
                 continue;
             }
             numbers += described.shape.size();
-            self.steps += what.steps(self.robot);
+            self.steps += what.steps(self.robot, &self.loops);
             if numbers > MOST_NUMBERS || self.steps > MOST_STEPS {
                 let message = format!(
                     "too much for printed code: a solver gives at most {MOST_NUMBERS} numbers, and those of a \
@@ -315,7 +299,12 @@ impl<'r> Resolver<'r> {
             computed.iter().any(|what: &Computed<'_>| of(what.needs()))
         };
         let (payloads, bodies) = self.payloads(solver, &computed);
-        let program = recorded(self.robot, &computed, &bodies);
+        let subject = Subject {
+            robot: self.robot,
+            loops: &self.loops,
+            payloads: &bodies,
+        };
+        let program = recorded(&subject, &computed);
         if !program.is_finite() {
             self.too_great(solver.name.span);
             return None;
@@ -325,9 +314,7 @@ impl<'r> Resolver<'r> {
             doc: solver.doc.clone(),
             takes_velocities: needs(|(velocities, _)| velocities),
             takes_accelerations: needs(|(_, accelerations)| accelerations),
-            takes_efforts: computed
-                .iter()
-                .any(|what| matches!(what, Computed::Accelerations(_))),
+            takes_efforts: computed.iter().any(Computed::needs_efforts),
             payloads,
             program,
             outputs,
@@ -379,6 +366,7 @@ impl<'r> Resolver<'r> {
         &mut self,
         output: &ast::Output,
         gravity: [f64; 3],
+        held: &[usize],
     ) -> Option<(Output, Computed<'r>)> {
         let count = self.robot.coordinates.len();
         let described = |name: &str, doc: String, shape| Output {
@@ -389,22 +377,16 @@ impl<'r> Resolver<'r> {
         };
         let is_of_joints = match &output.kind {
             OutputKind::Motion { what, .. } => *what == MotionPart::Jacobian,
-            OutputKind::Efforts | OutputKind::MassMatrix | OutputKind::Accelerations => true,
+            _ => true,
         };
         if is_of_joints && count == 0 {
             let message = format!("the robot `{}` has no joint that moves", self.robot.name);
             self.error("empty-solver", output.span, message);
             return None;
         }
-        if !matches!(output.kind, OutputKind::Motion { .. })
-            && let Some(joint) = dynamics::free_joint(self.robot)
-        {
-            self.free(joint, output.span);
-            return None;
-        }
-        if output.kind == OutputKind::Accelerations
-            && let Some(joint) = dynamics::weightless(self.robot)
-        {
+        let has_accelerations =
+            [OutputKind::Accelerations, OutputKind::LoopForces].contains(&output.kind);
+        if has_accelerations && let Some(joint) = dynamics::weightless(self.robot) {
             let name = &self.robot.coordinates[joint];
             let message =
                 format!("the joint `{name}` moves no mass: an effort gives it no acceleration");
@@ -416,11 +398,19 @@ impl<'r> Resolver<'r> {
             );
             return None;
         }
+        if let Some((name, doc, shape, computed)) = self.of_loops(output, gravity, held).ok()? {
+            return Some((described(name, doc, shape), Computed::Closed(computed)));
+        }
         let (what, tip, base, expressed) = match &output.kind {
             OutputKind::Accelerations => {
                 let doc = format!(
                     "The accelerations in rad/s², of joints that slide in m/s², under these efforts and a gravity of \
-                    {gravity:?} m/s² in the root."
+                    {gravity:?} m/s² in the root{}.",
+                    if self.loops.is_empty() {
+                        ""
+                    } else {
+                        ", while all loops stay closed"
+                    }
                 );
                 let output = described("accelerations", doc, Shape::Vector(count));
                 return Some((output, Computed::Accelerations(gravity)));
@@ -444,6 +434,8 @@ impl<'r> Resolver<'r> {
                 base,
                 expressed,
             } => (*what, tip, base, expressed.as_ref()),
+            // Those of loops are known above.
+            _ => return None,
         };
         let places = (self.body(tip), self.body(base));
         let frame = expressed.map(|name| self.body(name));

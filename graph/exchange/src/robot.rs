@@ -4,7 +4,7 @@ use crate::document::{Attribute, Document, Edge, Node};
 use property_graph::{Id, Value};
 use rc_quantity::Transform;
 use rc_quantity::rotation::{EulerOrder, IDENTITY};
-use rc_robot::{Body, Motion, Robot};
+use rc_robot::{Body, Joint, Motion, Robot};
 
 /// Where a joint at 0 leaves its successor.
 const STILL: Transform = Transform {
@@ -85,24 +85,39 @@ pub fn document(robot: &Robot) -> Document {
         count: 0,
     };
     let links = robot.bodies.iter().map(|body| {
+        // One inside a joint of several coordinates is no link.
+        if body.name.is_empty() {
+            return None;
+        }
         let made = maker.node("Body", &body.name, masses(body));
         let frame = maker.node("Frame", &body.name, Vec::new());
-        (made, frame)
+        Some((made, frame))
     });
-    let links: Vec<(Id, Id)> = links.collect();
-    for (body, frame) in &links {
+    let links: Vec<Option<(Id, Id)>> = links.collect();
+    for (body, frame) in links.iter().flatten() {
         maker.edge("fixed_in", [*body, *frame], Vec::new());
     }
-    for (body, (second, after)) in robot.bodies.iter().zip(&links) {
-        let Some(joint) = &body.joint else { continue };
-        let Some((first, before)) = links.get(joint.parent) else {
+    for (body, link) in robot.bodies.iter().zip(&links) {
+        let (Some(joint), Some((second, after))) = (&body.joint, link) else {
             continue;
         };
+        let parent = |joint: &&Joint| robot.bodies.get(joint.parent)?.joint.as_ref();
+        let is_inside = |joint: &Joint| links.get(joint.parent) == Some(&None);
+        let mut chain = std::iter::successors(Some(joint), parent);
+        let Some(above) = chain.find(|joint| !is_inside(joint)) else {
+            continue;
+        };
+        let Some(Some((first, before))) = links.get(above.parent) else {
+            continue;
+        };
+        // The coordinate of the last joint of several ones has its name after theirs.
+        let several = joint.name.rsplit_once('.').filter(|_| is_inside(joint));
+        let name = several.map_or(joint.name.as_str(), |(name, _)| name);
         let kind = match joint.motion {
+            _ if several.is_some() => "Joint",
             Motion::Fixed => "Fixed",
             Motion::Turns { .. } => "Revolute",
             Motion::Slides { .. } => "Prismatic",
-            Motion::Free => "Joint",
         };
         let mut attributes = Vec::new();
         if kind != "Fixed" {
@@ -114,8 +129,8 @@ pub fn document(robot: &Robot) -> Document {
             attributes.push(attribute("lower", limits.lower));
             attributes.push(attribute("upper", limits.upper));
         }
-        let node = maker.node(kind, &joint.name, attributes);
-        let own = maker.node("Frame", &joint.name, Vec::new());
+        let node = maker.node(kind, name, attributes);
+        let own = maker.node("Frame", name, Vec::new());
         for (relation, end) in [
             ("body1", first),
             ("body2", second),
@@ -125,7 +140,7 @@ pub fn document(robot: &Robot) -> Document {
         ] {
             maker.edge(relation, [node, *end], Vec::new());
         }
-        maker.pose([*before, own], &joint.place);
+        maker.pose([*before, own], &above.place);
         maker.pose([own, *after], &STILL);
     }
     maker.made

@@ -298,24 +298,38 @@ pub fn mass_matrix<T: Real>(robot: &Robot, state: &State<T>, loads: &[Load<T>]) 
     rows
 }
 
-/// The accelerations of the coordinates under these efforts: the equation of motion, solved by a
-/// factorisation from the leaves to the root, which keeps the zeros of the tree (Featherstone,
-/// chapter 6.5). The accelerations of `state` are not used.
-pub fn accelerations<T: Real>(
+/// A robot that moves under efforts.
+#[derive(Clone, Copy, Debug)]
+pub struct Motions<'a, T> {
+    /// Its positions and velocities. The accelerations are not used.
+    pub state: &'a State<T>,
+    /// The effort of each coordinate.
+    pub efforts: &'a [T],
+    /// In m/s², in the frame of each root.
+    pub gravity: [f64; 3],
+}
+
+/// The factors of a mass matrix, which keep the zeros of the tree (Featherstone, chapter 6.5).
+pub(crate) struct Equation<T> {
+    rows: Vec<Vec<T>>,
+    /// The coordinates from the leaves to the roots.
+    order: Vec<usize>,
+}
+
+/// The equation of motion, and the efforts that are left for accelerations.
+pub(crate) fn equation<T: Real>(
     robot: &Robot,
-    state: &State<T>,
-    efforts: &[T],
-    gravity: [f64; 3],
+    motions: &Motions<'_, T>,
     loads: &[Load<T>],
-) -> Vec<T> {
-    let zero = T::constant(0.0);
+) -> (Equation<T>, Vec<T>) {
     let still = State {
-        accelerations: vec![zero; efforts.len()],
-        ..state.clone()
+        accelerations: vec![T::constant(0.0); motions.efforts.len()],
+        ..motions.state.clone()
     };
-    let bias = self::efforts(robot, &still, gravity, loads);
+    let bias = self::efforts(robot, &still, motions.gravity, loads);
     let mut rows = mass_matrix(robot, &still, loads);
-    let mut right: Vec<T> = efforts.iter().zip(&bias).map(|(a, b)| *a - *b).collect();
+    let left = motions.efforts.iter().zip(&bias).map(|(a, b)| *a - *b);
+    let left = left.collect();
     let order = from_leaves(robot);
     // Rows of leaves first: what is left is the matrix of the others.
     for (step, at) in order.iter().enumerate() {
@@ -327,18 +341,39 @@ pub fn accelerations<T: Real>(
                 rows[*other][*column] = part;
                 rows[*column][*other] = part;
             }
-            right[*other] = right[*other] - factor * right[*at];
         }
     }
-    let mut out = vec![zero; efforts.len()];
-    for (step, at) in order.iter().enumerate().rev() {
-        let mut left = right[*at];
-        for other in &order[step + 1..] {
-            left = left - rows[*at][*other] * out[*other];
+    (Equation { rows, order }, left)
+}
+
+impl<T: Real> Equation<T> {
+    /// The accelerations for these efforts.
+    pub(crate) fn solved(&self, mut right: Vec<T>) -> Vec<T> {
+        let Self { rows, order } = self;
+        for (step, at) in order.iter().enumerate() {
+            for other in &order[step + 1..] {
+                let factor = rows[*at][*other] / rows[*at][*at];
+                right[*other] = right[*other] - factor * right[*at];
+            }
         }
-        out[*at] = left / rows[*at][*at];
+        for (step, at) in order.iter().enumerate().rev() {
+            for other in &order[step + 1..] {
+                right[*at] = right[*at] - rows[*at][*other] * right[*other];
+            }
+            right[*at] = right[*at] / rows[*at][*at];
+        }
+        right
     }
-    out
+}
+
+/// The accelerations of the coordinates.
+pub fn accelerations<T: Real>(
+    robot: &Robot,
+    motions: &Motions<'_, T>,
+    loads: &[Load<T>],
+) -> Vec<T> {
+    let (equation, left) = equation(robot, motions, loads);
+    equation.solved(left)
 }
 
 /// The coordinates, those of the last bodies first.

@@ -1,5 +1,5 @@
 //! Robots of rigid bodies and joints: [`read`] reads one from a URDF, [`chain`](Robot::chain) says how
-//! one frame moves in another one, [`dynamics`] what forces do, [`inverse`] which joints move a frame so.
+//! one frame moves in another one, [`dynamics`] what forces do, [`loops`] what holds frames together, [`inverse`] which joints move a frame so.
 //!
 //! All lengths are in metres, angles in radians, masses in kilograms. Frames are right-handed. A frame
 //! is that of a link of the URDF. The algorithms compute with any [`Real`](rc_quantity::Real): with
@@ -8,6 +8,7 @@
 mod chain;
 pub mod dynamics;
 pub mod inverse;
+pub mod loops;
 mod mount;
 mod read;
 mod robot;

@@ -140,12 +140,13 @@ impl Robot {
         joint
     }
 
-    /// Takes another robot in, as a tree of its own. The names of its links and joints become `NAME.LINK`.
-    pub fn add(&mut self, name: &str, other: Self) {
+    /// Takes another robot in, as a tree of its own. With a name, those of its links and joints become
+    /// `NAME.LINK`.
+    pub fn add(&mut self, name: Option<&str>, other: Self) {
         let (bodies, coordinates) = (self.bodies.len(), self.coordinates.len());
-        let named = |own: &str| match own {
-            "" => String::new(),
-            own => format!("{name}.{own}"),
+        let named = |own: &str| match name {
+            Some(name) if !own.is_empty() => format!("{name}.{own}"),
+            _ => own.to_owned(),
         };
         for mut body in other.bodies {
             body.name = named(&body.name);

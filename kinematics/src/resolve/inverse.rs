@@ -4,7 +4,6 @@ use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
 use crate::ast::{self, MotionPart, Quantity, SettingKind};
 use crate::inverse::{Inverse, Question, RateLimits, Rates, Search, motion};
 use rc_diagnostics::{Diagnostic, Span};
-use rc_quantity::Unit;
 use rc_robot::{Motion, inverse};
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
@@ -41,7 +40,6 @@ impl Resolver<'_> {
     }
 
     fn posture(&mut self, posture: &ast::Posture) -> Vec<f64> {
-        let robot = self.robot;
         let ranges = self.ranges();
         // Joints that the posture does not name are at 0, or at the nearest limit.
         let middle = ranges
@@ -55,15 +53,7 @@ impl Resolver<'_> {
                 self.duplicate(joint.span, message, first);
                 continue;
             }
-            let mut names = robot.coordinates.iter();
-            let Some(at) = names.position(|name| *name == joint.text) else {
-                let message = format!(
-                    "the robot `{}` has no joint `{}` that moves on its own",
-                    robot.name, joint.text
-                );
-                let error = Diagnostic::error("unknown-joint", joint.span, message);
-                let known = robot.coordinates.iter().map(String::as_str);
-                self.found.push(error.suggest(&joint.text, known));
+            let Some(at) = self.coordinate(joint) else {
                 continue;
             };
             let unit = if self.turns(at) { "rad" } else { "m" };
@@ -82,6 +72,23 @@ impl Resolver<'_> {
             positions[at] = value;
         }
         positions
+    }
+
+    /// The place of a joint that moves on its own.
+    pub(super) fn coordinate(&mut self, joint: &Name) -> Option<usize> {
+        let robot = self.robot;
+        let mut names = robot.coordinates.iter();
+        let found = names.position(|name| *name == joint.text);
+        if found.is_none() {
+            let message = format!(
+                "the robot `{}` has no joint `{}` that moves on its own",
+                robot.name, joint.text
+            );
+            let error = Diagnostic::error("unknown-joint", joint.span, message);
+            let known = robot.coordinates.iter().map(String::as_str);
+            self.found.push(error.suggest(&joint.text, known));
+        }
+        found
     }
 
     /// Whether a coordinate turns its own joint.
@@ -105,28 +112,8 @@ impl Resolver<'_> {
             .collect()
     }
 
-    /// A number in this unit. A number without a unit is in it.
     fn quantity(&mut self, quantity: &Quantity, wanted: &str) -> Option<f64> {
-        let value = quantity.number.as_f64().filter(|value| value.is_finite());
-        let Some(value) = value else {
-            let message = format!("expected a number, found {}", quantity.number.described());
-            self.error("bad-value", quantity.number.span, message);
-            return None;
-        };
-        let Some(unit) = &quantity.unit else {
-            return Some(value);
-        };
-        let given = Unit::parse(&unit.text).ok();
-        let conversion = given
-            .zip(Unit::parse(wanted).ok())
-            .and_then(|(given, wanted)| given.conversion_to(&wanted));
-        if conversion.is_none() {
-            let message = format!("expected a number in `{wanted}`, found `{}`", unit.text);
-            let error = Diagnostic::error("bad-value", unit.span, message);
-            self.found
-                .push(error.help(format!("write `{wanted}`, or a unit that converts into it")));
-        }
-        Some(conversion?.apply(value))
+        super::quantity(&mut self.found, quantity, wanted)
     }
 
     /// A number in this unit that is greater than 0, and not too great.
@@ -213,6 +200,7 @@ impl Resolver<'_> {
         let others = others.chain(solver.outputs.iter().map(|output| output.span));
         let others = others.chain(solver.gravity.iter().map(|(span, _)| *span));
         let others = others.chain(solver.payloads.iter().map(|payload| payload.span));
+        let others = others.chain(solver.holding.iter().map(|(span, _)| *span));
         for other in others {
             let message = "an inverse solver gives nothing else".to_owned();
             let error = Diagnostic::error("mixed-solver", other, message);

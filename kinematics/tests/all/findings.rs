@@ -29,10 +29,10 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:7:12: error[empty-solver]: the solver `none` gives nothing (write what it computes, such as `pose TIP in BASE;`)
         cell.kdsl:8:12: error[reserved-in-code]: `sin` cannot be the name of a solver: printed code has it for something else
         cell.kdsl:8:50: error[unknown-link]: the robot `arm` has no link `tool` (expected one of `base`, `shoulder`, `slide`, `wrist`, `tool-0`, `finger`)
-        cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts` and no `accelerations`
+        cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`, `accelerations` or `loop_forces`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
         cell.kdsl:9:44: error[duplicate-name]: `gravity` occurs twice; first declared here at cell.kdsl:9:27
-        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `math`, found `slover` (did you mean `solver`?)
+        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `fixed`, `planar`, `floating`, `loop`, `math`, found `slover` (did you mean `solver`?)
     "#]].assert_eq(&found);
 }
 
@@ -105,8 +105,12 @@ fn robots_are_told_where_they_are_imported() {
     "#]].assert_eq(&of(&format!("import \"amr.urdf\";\n{solver}")));
     let second = format!("import \"arm.urdf\";\nimport \"amr.urdf\";\n{solver}");
     expect![[r#"
-        cell.kdsl:2:8: error[second-robot]: a second robot is imported: solvers are those of one robot; the first one at cell.kdsl:1:8 (write a file for each robot, or connect them to one in a URDF)
+        cell.kdsl:2:8: error[import-not-found]: cannot find `amr.urdf`; searched in memory (did you mean `arm.urdf`?)
     "#]].assert_eq(&of(&second));
+    let second = crate::load_beside(&second, &[("arm.urdf", crate::ARM), ("amr.urdf", crate::ARM)]).1;
+    expect![[r#"
+        cell.kdsl:2:8: error[second-robot]: a second robot is imported without a name; the first one at cell.kdsl:1:8 (write `import "FILE" as NAME;`, which makes its links and joints `NAME.LINK` and `NAME.JOINT`)
+    "#]].assert_eq(&second);
     // One file by two paths is one robot.
     let twice = format!("import \"arm.urdf\";\nimport \"../a/arm.urdf\";\n{solver}");
     assert_eq!(of(&twice), "");
@@ -114,6 +118,56 @@ fn robots_are_told_where_they_are_imported() {
         cell.kdsl:1:1: error[empty-file]: expected `Kinematics NAME { … };`, found an empty file
     "#]]
     .assert_eq(&of(""));
+}
+
+/// Robots, how they are held, and what stays together.
+#[test]
+fn cells_are_told_what_they_cannot_be() {
+    let found = load(
+        "import \"arm.urdf\" as left;
+import \"arm.urdf\" as left;
+import \"arm.urdf\" as right;
+Kinematics cell
+{
+    fixed right.wrist in left.base;
+    fixed right.base in right.wrist;
+    fixed right.bas in left.base;
+    fixed right.base in left.base at 1 rad, 0, 1e300;
+    planar left.base in floor at 0, 1 m;
+    loop none { };
+    loop twice { left.wrist = left.base; right.wrist = right.base; };
+    loop far { left.wrist = right.wrist; point; point; };
+    loop still { left.wrist = left.wrist; };
+    solver fk { pose left.wrist in right.base; jacobian left.wrist in left.bse; };
+    solver go { loop_errors; };
+    solver hold { efforts; holding left.turn; holding left.trun; };
+    solver reach { inverse pose left.wrist in left.base; holding left.turn; };
+    loop { left.wrist = left.base; };
+};",
+    )
+    .1;
+    expect![[r#"
+        cell.kdsl:2:22: error[duplicate-name]: two robots have the name `left`; first declared here at cell.kdsl:1:22
+        cell.kdsl:6:11: error[not-a-root]: something holds `right.wrist` already (the root of its tree is `right.base`)
+        cell.kdsl:7:25: error[not-a-root]: `right.wrist` moves with `right.base`, and cannot hold it (write a link of another robot, or a new name, such as `world`)
+        cell.kdsl:8:11: error[unknown-link]: the robot `arm and arm` has no link `right.bas` (did you mean `right.base`?)
+        cell.kdsl:9:5: error[bad-value]: expected numbers up to 1e9
+        cell.kdsl:9:40: error[bad-value]: expected a number in `m`, found `rad` (write `m`, or a unit that converts into it)
+        cell.kdsl:10:40: error[syntax-error]: expected `,`, found `;`
+        cell.kdsl:11:10: error[bad-loop]: the loop `none` connects 0 pairs of frames (write one pair: `loop NAME { FRAME = FRAME; };`)
+        cell.kdsl:12:10: error[bad-loop]: the loop `twice` connects 2 pairs of frames (write one pair: `loop NAME { FRAME = FRAME; };`)
+        cell.kdsl:13:29: error[unconnected-frames]: nothing connects `left.wrist` and `right.wrist`: they are parts of different robots (write where one is, such as `fixed right.base in left.wrist at 1 m, 0, 0;`)
+        cell.kdsl:13:49: error[duplicate-name]: `point` occurs twice; first declared here at cell.kdsl:13:42
+        cell.kdsl:14:31: error[bad-loop]: no joint moves `left.wrist` in `left.wrist`
+        cell.kdsl:15:17: error[unconnected-frames]: nothing connects `right.base` and `left.wrist`: they are parts of different robots (write where one is, such as `fixed left.base in right.base at 1 m, 0, 0;`)
+        cell.kdsl:15:71: error[unknown-link]: the robot `arm and arm` has no link `left.bse` (did you mean `left.base`?)
+        cell.kdsl:16:17: error[bad-loop]: there is no loop (write `loop NAME { FRAME = FRAME; };` before the solvers)
+        cell.kdsl:17:28: error[without-effect]: `holding` changes nothing: this solver gives no `closed_positions` and no `closed_velocities`
+        cell.kdsl:17:47: error[duplicate-name]: `holding` occurs twice; first declared here at cell.kdsl:17:28
+        cell.kdsl:17:55: error[unknown-joint]: the robot `arm and arm` has no joint `left.trun` that moves on its own (did you mean `left.turn`?)
+        cell.kdsl:18:58: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:18:20 (write a solver of its own for it)
+        cell.kdsl:19:10: error[syntax-error]: expected a name, found `{`
+    "#]].assert_eq(&found);
 }
 
 /// Printed code compiles whatever the names are.

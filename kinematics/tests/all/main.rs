@@ -2,6 +2,7 @@
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
+mod cells;
 mod findings;
 mod inverse;
 mod printed;
@@ -20,9 +21,14 @@ fn load(text: &str) -> (Option<Cell>, String) {
 
 /// Loads a text beside this robot.
 fn load_with(text: &str, robot: &str) -> (Option<Cell>, String) {
+    load_beside(text, &[("arm.urdf", robot)])
+}
+
+/// Loads a text beside these robots.
+fn load_beside(text: &str, robots: &[(&str, &str)]) -> (Option<Cell>, String) {
     let mut sources = SourceMap::new();
     let source = sources.add("cell.kdsl", text);
-    let loader = MemoryLoader::new([("arm.urdf", robot)]);
+    let loader = MemoryLoader::new(robots.iter().copied());
     let (cell, found) = rc_kinematics::load(&mut sources, &loader, source);
     (cell, render(&sources, &found, Format::Short))
 }

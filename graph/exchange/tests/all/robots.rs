@@ -202,7 +202,7 @@ fn moved<'r>(robot: &'r Robot, coordinates: &[f64]) -> Vec<(&'r Joint, f64)> {
             ratio,
             offset,
         } => Some((joint, ratio * coordinates[coordinate] + offset)),
-        Motion::Fixed | Motion::Free => None,
+        Motion::Fixed => None,
     });
     moved.collect()
 }

@@ -125,6 +125,7 @@ def facts(case):
             {
                 "accelerations": accelerations.tolist(),
                 "frames": frames,
+                "condition": numpy.linalg.cond(small) if len(small) and not case["is_weightless"] else 1.0,
                 "efforts": (motion.T @ pinocchio.rnea(model, data, q, v, a)).tolist(),
                 "mass": small.tolist(),
             }

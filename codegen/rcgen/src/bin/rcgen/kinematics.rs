@@ -64,6 +64,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "doc": solver.doc,
             "takesVelocities": solver.takes_velocities,
             "takesAccelerations": solver.takes_accelerations,
+            "takesEfforts": solver.takes_efforts,
             "outputs": outputs.collect::<Vec<Value>>(),
             "sums": work.sums,
             "products": work.products,
@@ -92,7 +93,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
     let all = json!({
         "name": cell.name,
         "robot": robot.name,
-        "links": robot.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
+        "links": robot.links().map(|(_, name)| name).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<Value>>(),
         "solvers": solvers.collect::<Vec<Value>>(),
         "inverses": inverses.collect::<Vec<Value>>(),

@@ -1,0 +1,209 @@
+//! Loops: frames of two links that stay together, though no joint of the tree holds them.
+//!
+//! The rows of a loop are the way from the first frame to the second one along the axes of the first one, in m,
+//! then the turn in rad. The forces that keep it closed solve the equation of motion with these rows as
+//! constraints (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 8).
+
+use crate::chain::{Chain, Moved};
+use crate::dynamics::{Load, Motions, equation};
+use crate::robot::{Robot, State};
+use crate::vectors::scaled;
+use rc_quantity::Real;
+
+/// How often closed positions are corrected.
+const STEPS: usize = 4;
+
+/// The share of the greatest stiffness that each direction has in addition: rows that depend on each other
+/// have a solution.
+const SOFT: f64 = 1e-13;
+
+/// Two frames that stay together.
+#[derive(Clone, Debug)]
+pub struct Loop<'r> {
+    /// From the first frame to the second one.
+    pub chain: Chain<'r>,
+    /// Whether only the origins stay together.
+    pub is_point: bool,
+}
+
+impl Loop<'_> {
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        if self.is_point { 3 } else { 6 }
+    }
+
+    fn of<T: Real>(&self, linear: [T; 3], angular: [T; 3]) -> Vec<T> {
+        let mut rows = [linear, angular].concat();
+        rows.truncate(self.rows());
+        rows
+    }
+
+    fn error<T: Real>(&self, moved: &Moved<T>) -> Vec<T> {
+        let turn = &moved.pose.rotation;
+        let half = T::constant(0.5);
+        // The axis times the sine of the angle.
+        let turned = [
+            turn[2][1] - turn[1][2],
+            turn[0][2] - turn[2][0],
+            turn[1][0] - turn[0][1],
+        ];
+        self.of(moved.pose.translation, scaled(turned, half))
+    }
+
+    /// Its rows of the Jacobian.
+    fn jacobian<T: Real>(&self, moved: &Moved<T>) -> Vec<Vec<T>> {
+        let columns = moved.jacobian.iter();
+        let columns: Vec<Vec<T>> = columns
+            .map(|column| self.of(column.linear, column.angular))
+            .collect();
+        let rows = 0..self.rows();
+        rows.map(|row| columns.iter().map(|column| column[row]).collect())
+            .collect()
+    }
+}
+
+fn moved<T: Real>(loops: &[Loop<'_>], state: &State<T>) -> Vec<Moved<T>> {
+    let moved = loops.iter().map(|closed| closed.chain.moved(state));
+    moved.collect()
+}
+
+/// How far the frames of all loops are from each other.
+pub fn errors<T: Real>(loops: &[Loop<'_>], state: &State<T>) -> Vec<T> {
+    let all = moved(loops, state);
+    let errors = loops.iter().zip(&all);
+    errors
+        .flat_map(|(closed, moved)| closed.error(moved))
+        .collect()
+}
+
+/// The change of the errors of all loops with each coordinate, by rows.
+pub fn jacobian<T: Real>(loops: &[Loop<'_>], state: &State<T>) -> Vec<Vec<T>> {
+    let all = moved(loops, state);
+    let rows = loops.iter().zip(&all);
+    rows.flat_map(|(closed, moved)| closed.jacobian(moved))
+        .collect()
+}
+
+fn dot<T: Real>(one: &[T], other: &[T]) -> T {
+    let zero = T::constant(0.0);
+    one.iter()
+        .zip(other)
+        .fold(zero, |sum, (a, b)| sum + *a * *b)
+}
+
+/// Solves a symmetric system whose matrix has no negative eigenvalue, in place, by Cholesky's method without
+/// roots.
+fn solve<T: Real>(matrix: &mut [Vec<T>], vector: &mut [T]) {
+    let size = vector.len();
+    let zero = T::constant(0.0);
+    let trace = (0..size).fold(zero, |sum, at| sum + matrix[at][at]);
+    let soft = trace * T::constant(SOFT) + T::constant(1e-200);
+    for (at, row) in matrix.iter_mut().enumerate() {
+        row[at] = row[at] + soft;
+    }
+    for step in 0..size {
+        for row in step + 1..size {
+            let factor = matrix[row][step] / matrix[step][step];
+            for column in row..size {
+                let part = matrix[row][column] - factor * matrix[step][column];
+                matrix[row][column] = part;
+                matrix[column][row] = part;
+            }
+            vector[row] = vector[row] - factor * vector[step];
+        }
+    }
+    for row in (0..size).rev() {
+        let known = (row + 1..size).fold(zero, |sum, at| sum + matrix[row][at] * vector[at]);
+        vector[row] = (vector[row] - known) / matrix[row][row];
+    }
+}
+
+/// The shortest change of the coordinates for a change of the rows.
+fn shortest<T: Real>(jacobian: &[Vec<T>], mut change: Vec<T>) -> Vec<T> {
+    let square = jacobian.iter();
+    let mut square: Vec<Vec<T>> = square
+        .map(|row| jacobian.iter().map(|other| dot(row, other)).collect())
+        .collect();
+    solve(&mut square, &mut change);
+    across(jacobian, &change)
+}
+
+/// The product of the transposed Jacobian with a vector of its rows.
+fn across<T: Real>(jacobian: &[Vec<T>], vector: &[T]) -> Vec<T> {
+    let count = jacobian.first().map_or(0, Vec::len);
+    let of = |at: usize| -> Vec<T> { jacobian.iter().map(|row| row[at]).collect() };
+    (0..count).map(|at| dot(&of(at), vector)).collect()
+}
+
+/// The Jacobian without the columns of coordinates that are held.
+fn free<T: Real>(mut jacobian: Vec<Vec<T>>, held: &[usize]) -> Vec<Vec<T>> {
+    for row in &mut jacobian {
+        for at in held {
+            row[*at] = T::constant(0.0);
+        }
+    }
+    jacobian
+}
+
+/// The positions near these ones that close all loops: each of a few steps goes the shortest way that does to
+/// first order. Coordinates that are held stay.
+pub fn closed_positions<T: Real>(loops: &[Loop<'_>], state: &State<T>, held: &[usize]) -> Vec<T> {
+    let mut state = State::still(state.positions.clone());
+    for _ in 0..STEPS {
+        let jacobian = free(jacobian(loops, &state), held);
+        let way = shortest(&jacobian, errors(loops, &state));
+        let positions = state.positions.iter().zip(way);
+        state.positions = positions.map(|(position, by)| *position - by).collect();
+    }
+    state.positions
+}
+
+/// The velocities nearest to these ones that keep all loops closed. Coordinates that are held keep theirs.
+pub fn closed_velocities<T: Real>(loops: &[Loop<'_>], state: &State<T>, held: &[usize]) -> Vec<T> {
+    let jacobian = jacobian(loops, state);
+    let rates = jacobian.iter().map(|row| dot(row, &state.velocities));
+    let rates = rates.collect();
+    let way = shortest(&free(jacobian, held), rates);
+    let velocities = state.velocities.iter().zip(way);
+    velocities.map(|(velocity, by)| *velocity - by).collect()
+}
+
+/// The accelerations of the coordinates under these efforts while all loops stay closed, and the forces that keep
+/// them so: what each second frame feels, along the rows.
+pub fn accelerations<T: Real>(
+    robot: &Robot,
+    loops: &[Loop<'_>],
+    motions: &Motions<'_, T>,
+    loads: &[Load<T>],
+) -> (Vec<T>, Vec<T>) {
+    let (equation, free) = equation(robot, motions, loads);
+    let still = State {
+        accelerations: vec![T::constant(0.0); motions.efforts.len()],
+        ..motions.state.clone()
+    };
+    let moved = moved(loops, &still);
+    let (mut rows, mut forces) = (Vec::new(), Vec::new());
+    for (closed, moved) in loops.iter().zip(&moved) {
+        rows.extend(closed.jacobian(moved));
+        forces.extend(closed.of(moved.linear_acceleration, moved.angular_acceleration));
+    }
+    let mut accelerations = equation.solved(free);
+    let responses: Vec<Vec<T>> = rows
+        .iter()
+        .map(|row| equation.solved(row.clone()))
+        .collect();
+    let mut square: Vec<Vec<T>> = rows
+        .iter()
+        .map(|row| responses.iter().map(|other| dot(row, other)).collect())
+        .collect();
+    for (force, row) in forces.iter_mut().zip(&rows) {
+        *force = -(*force + dot(row, &accelerations));
+    }
+    solve(&mut square, &mut forces);
+    for (response, force) in responses.iter().zip(&forces) {
+        for (acceleration, by) in accelerations.iter_mut().zip(response) {
+            *acceleration = *acceleration + *by * *force;
+        }
+    }
+    (accelerations, forces)
+}

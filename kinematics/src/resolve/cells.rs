@@ -1,0 +1,261 @@
+//! Resolves the robots of a cell: how they are held, and which frames stay together.
+
+use super::Resolver;
+use crate::ast::{self, OutputKind};
+use crate::cell::{OfLoops, Shape};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
+use rc_quantity::Transform;
+use rc_quantity::rotation::EulerOrder;
+use rc_robot::loops::Loop;
+use rc_robot::{Mount, Refused, Robot};
+use rc_syntax::Loader;
+use std::collections::HashMap;
+
+/// Reads the robots that a text imports. `None` if one of them is wrong.
+pub(super) fn robots(
+    sources: &mut SourceMap,
+    (loader, source): (&dyn Loader, SourceId),
+    file: &ast::File,
+    kinematics: &ast::Kinematics,
+    found: &mut Diagnostics,
+) -> Option<Robot> {
+    if file.imports.is_empty() {
+        let message = "no robot is imported".to_owned();
+        let error = Diagnostic::error("missing-robot", kinematics.name.span, message);
+        found.push(error.help("write `import \"robot.urdf\";` before it"));
+        return None;
+    }
+    let from = sources.path(source).to_path_buf();
+    let mut read = HashMap::new();
+    let mut names: HashMap<&str, Span> = HashMap::new();
+    let (mut cell, mut titles) = (Robot::default(), Vec::new());
+    let (mut unnamed, mut is_wrong) = (None, false);
+    for import in &file.imports {
+        let given = match loader.find(&from, &import.file.text, "urdf") {
+            Ok(given) => given,
+            Err(missing) => {
+                found.push(missing.diagnostic(&import.file.text, "urdf", import.file.span));
+                is_wrong = true;
+                continue;
+            }
+        };
+        let identity = loader.identity(&given.path);
+        if let Some(alias) = &import.alias {
+            if let Some(first) = names.insert(&alias.text, alias.span) {
+                let message = format!("two robots have the name `{}`", alias.text);
+                let error = Diagnostic::error("duplicate-name", alias.span, message);
+                found.push(error.label(first, "first declared here"));
+                continue;
+            }
+        } else if let Some((first, other)) = &unnamed {
+            // One file by two paths is one robot.
+            if *other != identity {
+                let message = "a second robot is imported without a name".to_owned();
+                let error = Diagnostic::error("second-robot", import.file.span, message);
+                let error = error.label(*first, "the first one");
+                found.push(error.help(
+                    "write `import \"FILE\" as NAME;`, which makes its links and joints `NAME.LINK` and `NAME.JOINT`",
+                ));
+            }
+            continue;
+        } else {
+            unnamed = Some((import.file.span, identity.clone()));
+        }
+        let robot = read.entry(identity).or_insert_with(|| {
+            let source = sources.add(given.path, given.text);
+            let (robot, of_robot) = rc_robot::read(sources, source);
+            is_wrong |= of_robot.has_errors();
+            found.extend(of_robot);
+            robot
+        });
+        titles.push(robot.name.clone());
+        let alias = import.alias.as_ref().map(|alias| alias.text.as_str());
+        cell.add(alias, robot.clone());
+    }
+    if is_wrong {
+        return None;
+    }
+    cell.name = titles.join(" and ");
+    for mount in &kinematics.mounts {
+        hold(&mut cell, mount, found);
+    }
+    Some(cell)
+}
+
+/// Connects a root to what holds it.
+fn hold(cell: &mut Robot, mount: &ast::Mount, found: &mut Diagnostics) {
+    let mut numbers = [0.0; 6];
+    let units = ["m", "m", "m", "rad", "rad", "rad"];
+    for ((number, given), unit) in numbers.iter_mut().zip(&mount.place).zip(units) {
+        *number = super::quantity(found, given, unit).unwrap_or(0.0);
+    }
+    let [x, y, z, roll, pitch, yaw] = numbers;
+    if numbers.iter().any(|number| number.abs() > 1e9) {
+        let message = "expected numbers up to 1e9".to_owned();
+        found.push(Diagnostic::error("bad-value", mount.span, message));
+        return;
+    }
+    let (link, base) = (&mount.link, &mount.base);
+    let held = cell.mount(&Mount {
+        link: &link.text,
+        base: &base.text,
+        place: Transform {
+            translation: [x, y, z],
+            rotation: EulerOrder::RPY.matrix([roll, pitch, yaw]),
+        },
+        held: mount.held,
+    });
+    let error = |span, message| Diagnostic::error("not-a-root", span, message);
+    found.push(match held {
+        Ok(()) => return,
+        Err(Refused::Unknown) => {
+            let message = format!("the robot `{}` has no link `{}`", cell.name, link.text);
+            let error = Diagnostic::error("unknown-link", link.span, message);
+            error.suggest(&link.text, cell.links().map(|(_, name)| name))
+        }
+        Err(Refused::NoRoot) => {
+            let root = cell.body(&link.text).map_or(0, |at| cell.root(at));
+            let message = format!("something holds `{}` already", link.text);
+            let root = &cell.bodies[root].name;
+            error(link.span, message).help(format!("the root of its tree is `{root}`"))
+        }
+        Err(Refused::Circle) => {
+            let message = format!(
+                "`{}` moves with `{}`, and cannot hold it",
+                base.text, link.text
+            );
+            error(base.span, message)
+                .help("write a link of another robot, or a new name, such as `world`")
+        }
+        Err(Refused::Taken) => {
+            let message = format!("a joint has the name of `{}`", link.text);
+            Diagnostic::error("duplicate-name", link.span, message)
+        }
+    });
+}
+
+impl<'r> Resolver<'r> {
+    /// The loops of a cell.
+    pub(super) fn loops(&mut self, loops: &[ast::Loop]) {
+        let mut known: HashMap<&str, Span> = HashMap::new();
+        for closed in loops {
+            let name = &closed.name;
+            if let Some(first) = known.insert(&name.text, name.span) {
+                let message = format!("the loop `{}` is declared twice", name.text);
+                self.duplicate(name.span, message, first);
+                continue;
+            }
+            if let [first, second, ..] = closed.point.as_slice() {
+                self.duplicate(*second, "`point` occurs twice".to_owned(), *first);
+            }
+            let [(one, other)] = closed.pairs.as_slice() else {
+                let message = format!(
+                    "the loop `{}` connects {} pairs of frames",
+                    name.text,
+                    closed.pairs.len()
+                );
+                let error = Diagnostic::error("bad-loop", name.span, message);
+                self.found
+                    .push(error.help("write one pair: `loop NAME { FRAME = FRAME; };`"));
+                continue;
+            };
+            let (first, second) = (self.body(one), self.body(other));
+            let (Some(first), Some(second)) = (first, second) else {
+                continue;
+            };
+            let Some(chain) = self.chain(first, second, other.span) else {
+                continue;
+            };
+            if chain.coordinates().is_empty() {
+                let message = format!("no joint moves `{}` in `{}`", other.text, one.text);
+                self.error("bad-loop", other.span, message);
+                continue;
+            }
+            self.loops.push(Loop {
+                chain,
+                is_point: !closed.point.is_empty(),
+            });
+        }
+    }
+
+    /// The coordinates that a solver holds.
+    pub(super) fn holding(&mut self, solver: &ast::Solver) -> Vec<usize> {
+        let closes = |output: &ast::Output| {
+            matches!(
+                output.kind,
+                OutputKind::ClosedPositions | OutputKind::ClosedVelocities
+            )
+        };
+        if let [(first, _), (second, _), ..] = solver.holding.as_slice() {
+            self.duplicate(*second, "`holding` occurs twice".to_owned(), *first);
+        }
+        if let Some((span, _)) = solver.holding.first()
+            && !solver.outputs.iter().any(closes)
+        {
+            let message = "`holding` changes nothing: this solver gives no `closed_positions` and no `closed_velocities`";
+            self.error("without-effect", *span, message.to_owned());
+        }
+        let joints = solver.holding.iter().flat_map(|(_, joints)| joints);
+        joints.filter_map(|joint| self.coordinate(joint)).collect()
+    }
+
+    /// An output of all loops: its name, its comment, its shape and its computation. `None` if it is another
+    /// one, and an error if it is wrong.
+    pub(super) fn of_loops(
+        &mut self,
+        output: &ast::Output,
+        gravity: [f64; 3],
+        held: &[usize],
+    ) -> Result<Option<(&'static str, String, Shape, OfLoops)>, ()> {
+        let count = self.robot.coordinates.len();
+        let rows = self.loops.iter().map(Loop::rows).sum();
+        let order = "For each loop, the way from its first frame to its second one along the axes of the first one";
+        let staying = "Joints that are held stay.";
+        let found = match output.kind {
+            OutputKind::LoopErrors => (
+                "loop_errors",
+                format!("{order}, in m, then the axis of the turn times its sine."),
+                Shape::Vector(rows),
+                OfLoops::Errors,
+            ),
+            OutputKind::LoopJacobian => (
+                "loop_jacobian",
+                format!("{order}, in m, then the turn in rad, for each unit that a joint moves."),
+                Shape::Matrix(rows, count),
+                OfLoops::Jacobian,
+            ),
+            OutputKind::LoopForces => (
+                "loop_forces",
+                format!(
+                    "For each loop, the force in N on its second frame along the axes of the first one, then the \
+                    torque in Nm, under these efforts and a gravity of {gravity:?} m/s² in the root."
+                ),
+                Shape::Vector(rows),
+                OfLoops::Forces(gravity),
+            ),
+            OutputKind::ClosedPositions => (
+                "closed_positions",
+                format!("The positions near these ones that close all loops. {staying}"),
+                Shape::Vector(count),
+                OfLoops::Positions(held.to_vec()),
+            ),
+            OutputKind::ClosedVelocities => (
+                "closed_velocities",
+                format!(
+                    "The velocities nearest to these ones that keep all loops closed. {staying}"
+                ),
+                Shape::Vector(count),
+                OfLoops::Velocities(held.to_vec()),
+            ),
+            _ => return Ok(None),
+        };
+        if rows == 0 {
+            let message = "there is no loop".to_owned();
+            let error = Diagnostic::error("bad-loop", output.span, message);
+            self.found
+                .push(error.help("write `loop NAME { FRAME = FRAME; };` before the solvers"));
+            return Err(());
+        }
+        Ok(Some(found))
+    }
+}

@@ -1,0 +1,322 @@
+//! Several robots in one file, and loops.
+
+use crate::{ARM, load_beside};
+use rc_kinematics::{Cell, Solver};
+use rc_robot::State;
+use serde_json::{Value, json};
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+const SIX: &str = include_str!("../../examples/six.urdf");
+
+fn cell(text: &str, robots: &[(&str, &str)]) -> Cell {
+    let (cell, found) = load_beside(text, robots);
+    assert_eq!(found, "");
+    cell.expect("a cell")
+}
+
+fn random(random: &mut fastrand::Rng, count: usize, most: f64) -> Vec<f64> {
+    (0..count)
+        .map(|_| (random.f64() * 2.0 - 1.0) * most)
+        .collect()
+}
+
+/// The numbers of an output.
+fn output(solver: &Solver, name: &str, state: &State, efforts: &[f64]) -> Vec<f64> {
+    let all = solver.run(state, efforts, &[]).expect("numbers");
+    let mut at = 0;
+    for output in &solver.outputs {
+        let size = output.shape.size();
+        if output.name == name {
+            return all[at..at + size].to_vec();
+        }
+        at += size;
+    }
+    panic!("no output {name}");
+}
+
+fn near(one: &[f64], other: &[f64], most: f64) {
+    assert_eq!(one.len(), other.len());
+    for (a, b) in one.iter().zip(other) {
+        assert!((a - b).abs() <= most * (1.0 + b.abs()), "{a} {b}");
+    }
+}
+
+/// Two arms in one file move as each does alone, and the place of one in the other is that of the file.
+#[test]
+fn two_arms_are_one_robot() {
+    let own = "solver fk { pose wrist in base; efforts; mass_matrix; };";
+    let alone = format!("import \"arm.urdf\";\nKinematics one {{ {own} }};");
+    let alone = cell(&alone, &[("arm.urdf", ARM)]);
+    let text = "import \"arm.urdf\" as left;\nimport \"arm.urdf\" as right;
+Kinematics two
+{
+    fixed right.base in left.base at 1 m, 200 mm, 0 rpy 0, 0, 180 deg;
+    solver fk { pose left.wrist in left.base; pose right.wrist in left.base; pose right.base in left.shoulder; };
+    solver hold { efforts; mass_matrix; };
+};";
+    let two = cell(text, &[("arm.urdf", ARM)]);
+    assert_eq!(two.robot.coordinates[3], "right.turn");
+    let mut numbers = fastrand::Rng::with_seed(3);
+    for _ in 0..20 {
+        let mut six = || random(&mut numbers, 6, 1.0);
+        let state = State {
+            positions: six(),
+            velocities: six(),
+            accelerations: six(),
+        };
+        let part = |from: usize| State {
+            positions: state.positions[from..from + 3].to_vec(),
+            velocities: state.velocities[from..from + 3].to_vec(),
+            accelerations: state.accelerations[from..from + 3].to_vec(),
+        };
+        let solver = &alone.solvers[0];
+        let of = |name: &str, from: usize| output(solver, name, &part(from), &[0.0; 3]);
+        let both = |name: &str| output(&two.solvers[0], name, &state, &[0.0; 6]);
+        near(
+            &both("pose_left_wrist_in_left_base"),
+            &of("pose_wrist_in_base", 0),
+            1e-12,
+        );
+        // Half a turn about z, and then the way.
+        let right = of("pose_wrist_in_base", 3);
+        let turned = both("pose_right_wrist_in_left_base");
+        near(
+            &[turned[3], turned[7], turned[11]],
+            &[1.0 - right[3], 0.2 - right[7], right[11]],
+            1e-12,
+        );
+        let whole = |name: &str| output(&two.solvers[1], name, &state, &[0.0; 6]);
+        // The second base is turned about gravity.
+        let efforts = [of("efforts", 0), of("efforts", 3)].concat();
+        near(&whole("efforts"), &efforts, 1e-12);
+        let mass = whole("mass_matrix");
+        near(&mass[..3], &of("mass_matrix", 0)[..3], 1e-12);
+        near(&mass[3..6], &[0.0; 3], 1e-12);
+    }
+}
+
+/// A base that moves in a plane carries the arm, and its coordinates have limits, names and efforts.
+#[test]
+fn a_base_may_move() {
+    let text = "import \"arm.urdf\";
+Kinematics mobile
+{
+    planar base in floor at 0, 0, 100 mm;
+    posture there { base.x = 2; base.y = 1 m; base.yaw = 90 deg; };
+    solver fk { pose wrist in floor; pose wrist in base; jacobian wrist in floor; mass_matrix; };
+    solver reach { inverse pose wrist in floor; within limits; seed there; };
+};";
+    let mobile = cell(text, &[("arm.urdf", ARM)]);
+    let coordinates = ["turn", "reach", "bend", "base.x", "base.y", "base.yaw"];
+    assert_eq!(mobile.robot.coordinates, coordinates);
+    let positions = vec![0.3, 0.1, -0.4, 2.0, 1.0, std::f64::consts::FRAC_PI_2];
+    let state = State::still(positions);
+    let of = |name: &str| output(&mobile.solvers[0], name, &state, &[0.0; 6]);
+    let (floor, base) = (of("pose_wrist_in_floor"), of("pose_wrist_in_base"));
+    near(
+        &[floor[3], floor[7], floor[11]],
+        &[2.0 - base[7], 1.0 + base[3], 0.1 + base[11]],
+        1e-12,
+    );
+    let jacobian = of("jacobian_wrist_in_floor");
+    near(&[jacobian[3], jacobian[6 + 4], jacobian[30 + 5]], &[1.0; 3], 1e-12);
+    // Sliding moves all that the base carries.
+    let mass: f64 = mobile.robot.bodies.iter().filter_map(|body| Some(body.inertia?.mass)).sum();
+    near(&[of("mass_matrix")[3 * 6 + 3]], &[mass], 1e-12);
+    let target: Vec<[f64; 4]> = floor.chunks(4).map(|row| [row[0], row[1], row[2], row[3]]).collect();
+    let target: [[f64; 4]; 4] = target.try_into().expect("four rows");
+    let found = mobile.inverses[0].positions(&target, &[0.0; 6]).expect("positions");
+    assert!(found.1.reached, "{found:?}");
+}
+
+/// A four-bar linkage in the plane x, z: a crank, a coupler and a rocker.
+const BARS: &str = r#"<robot name="bars">
+    <link name="ground"/>
+    <link name="crank"><inertial><origin xyz="0.1 0 0"/><mass value="0.4"/><inertia ixx="0.001" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <link name="coupler"><inertial><origin xyz="0.3 0 0"/><mass value="0.7"/><inertia ixx="0.001" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <link name="rocker"><inertial><origin xyz="0.2 0 0"/><mass value="0.5"/><inertia ixx="0.001" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <link name="coupler_end"/>
+    <link name="rocker_end"/>
+    <joint name="turn" type="continuous"><parent link="ground"/><child link="crank"/><axis xyz="0 1 0"/></joint>
+    <joint name="knee" type="continuous"><parent link="crank"/><child link="coupler"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/></joint>
+    <joint name="swing" type="continuous"><parent link="ground"/><child link="rocker"/><origin xyz="0.6 0 0"/><axis xyz="0 1 0"/></joint>
+    <joint name="end" type="fixed"><parent link="coupler"/><child link="coupler_end"/><origin xyz="0.6 0 0"/></joint>
+    <joint name="top" type="fixed"><parent link="rocker"/><child link="rocker_end"/><origin xyz="0.4 0 0"/></joint>
+</robot>
+"#;
+
+const FOUR: &str = "import \"bars.urdf\";
+Kinematics four
+{
+    loop bar { coupler_end = rocker_end; point; };
+    solver close { closed_positions; holding turn; };
+    solver keep { closed_positions; loop_errors; };
+    solver rates { closed_velocities; loop_jacobian; };
+    solver go { accelerations; loop_forces; efforts; };
+};";
+
+/// The linkage falls under gravity: it stays closed, and keeps its energy.
+#[test]
+fn a_four_bar_linkage_stays_closed() {
+    let four = cell(FOUR, &[("bars.urdf", BARS)]);
+    let [close, keep, rates, go] = four.solvers.as_slice() else {
+        panic!("four solvers");
+    };
+    let mut state = State::still(vec![-1.0, -0.2, -1.2]);
+    state.positions = output(close, "closed_positions", &state, &[0.0; 3]);
+    assert_eq!(state.positions[0].to_bits(), (-1.0_f64).to_bits());
+    let (step, mut worst, mut fastest) = (1e-3, 0.0_f64, 0.0_f64);
+    let energy = |state: &State| {
+        let mut resting = state.clone();
+        resting.accelerations = vec![0.0; 3];
+        // The work of gravity: heights of the centres of mass.
+        let robot = &four.robot;
+        let places = robot.links().filter_map(|(at, _)| {
+            let inertia = robot.bodies[at].inertia?;
+            let pose = robot.chain(0, at)?.moved(&resting).pose;
+            let height = pose.translation[2] + pose.rotation[2][0] * inertia.centre[0];
+            Some(9.80665 * inertia.mass * height)
+        });
+        let mass = rc_robot::dynamics::mass_matrix(robot, &resting, &[]);
+        let moving = mass.iter().zip(&state.velocities).map(|(row, own)| {
+            let row = row.iter().zip(&state.velocities);
+            0.5 * own * row.map(|(mass, speed)| mass * speed).sum::<f64>()
+        });
+        places.sum::<f64>() + moving.sum::<f64>()
+    };
+    let before = energy(&state);
+    let rate = |state: &State| output(go, "accelerations", state, &[0.0; 3]);
+    let ahead = |state: &State, (velocities, accelerations): (&[f64], &[f64]), time: f64| {
+        let moved = |all: &[f64], by: &[f64]| -> Vec<f64> {
+            all.iter().zip(by).map(|(one, by)| one + by * time).collect()
+        };
+        State {
+            positions: moved(&state.positions, velocities),
+            velocities: moved(&state.velocities, accelerations),
+            accelerations: vec![0.0; 3],
+        }
+    };
+    for _ in 0..1_000 {
+        // The midpoint rule.
+        let first = rate(&state);
+        let middle = ahead(&state, (&state.velocities, &first), step / 2.0);
+        let second = rate(&middle);
+        state = ahead(&state, (&middle.velocities, &second), step);
+        state.positions = output(keep, "closed_positions", &state, &[0.0; 3]);
+        state.velocities = output(rates, "closed_velocities", &state, &[0.0; 3]);
+        let errors = output(keep, "loop_errors", &state, &[0.0; 3]);
+        worst = errors.iter().fold(worst, |most, error| most.max(error.abs()));
+        fastest = state.velocities.iter().fold(fastest, |most, speed| most.max(speed.abs()));
+    }
+    assert!(worst < 1e-12, "{worst}");
+    assert!(fastest > 1.0, "{fastest}");
+    assert!((energy(&state) - before).abs() < 1e-4, "{before} {}", energy(&state));
+}
+
+/// Two arms with one bar, and the linkage: accelerations and forces of Pinocchio's constrained dynamics.
+#[test]
+fn loops_move_as_those_of_pinocchio() {
+    let test = "loops_move_as_those_of_pinocchio";
+    let Some(python) = rc_test_support::python::packages("pinocchio", "pin==4.1.0\n", test) else {
+        return;
+    };
+    let inner = SIX
+        .split_once("<robot name=\"six\">")
+        .and_then(|(_, rest)| rest.rsplit_once("</robot>"));
+    let inner = inner.expect("a robot").0;
+    let named = |arm: &str| {
+        let mut text = inner.to_owned();
+        for word in ["name=\"", "link=\""] {
+            text = text.replace(word, &format!("{word}{arm}."));
+        }
+        text
+    };
+    let joint = "<joint name=\"between\" type=\"fixed\"><parent link=\"left.base\"/><child link=\"right.base\"/><origin xyz=\"0.8 0.1 0\" rpy=\"0 0 3\"/></joint>";
+    let both = format!(
+        "<robot name=\"both\">{}{}{joint}</robot>",
+        named("left"),
+        named("right")
+    );
+    let text = "import \"six.urdf\" as left;\nimport \"six.urdf\" as right;
+Kinematics both
+{
+    fixed right.base in left.base at 0.8, 0.1, 0 rpy 0, 0, 3;
+    loop bar { left.tool = right.tool; };
+    solver close { closed_positions; };
+    solver rates { closed_velocities; };
+    solver go { accelerations; loop_forces; };
+};";
+    let arms = cell(text, &[("six.urdf", SIX)]);
+    let bars = cell(FOUR, &[("bars.urdf", BARS)]);
+    let mut numbers = fastrand::Rng::with_seed(9);
+    let (mut cases, mut own) = (Vec::new(), Vec::new());
+    for (cell, urdf, ends) in [
+        (&arms, both.as_str(), ["left.tool", "right.tool"]),
+        (&bars, BARS, ["coupler_end", "rocker_end"]),
+    ] {
+        let count = cell.robot.coordinates.len();
+        let solver = |name: &str| {
+            let mut all = cell.solvers.iter();
+            all.find(|solver| solver.name == name).expect("a solver")
+        };
+        for _ in 0..10 {
+            let mut state = State::still(random(&mut numbers, count, 1.0));
+            // From afar, it takes several calls.
+            for _ in 0..20 {
+                let closed = output(solver("close"), "closed_positions", &state, &vec![0.0; count]);
+                state.positions = closed;
+            }
+            state.velocities = random(&mut numbers, count, 1.0);
+            state.velocities = output(solver("rates"), "closed_velocities", &state, &vec![0.0; count]);
+            let efforts = random(&mut numbers, count, 9.0);
+            own.push((
+                output(solver("go"), "accelerations", &state, &efforts),
+                output(solver("go"), "loop_forces", &state, &efforts),
+            ));
+            cases.push(json!({
+                "urdf": urdf,
+                "ends": ends,
+                "coordinates": cell.robot.coordinates,
+                "point": count == 3,
+                "positions": state.positions,
+                "velocities": state.velocities,
+                "efforts": efforts,
+            }));
+        }
+    }
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/loops.py");
+    let child = Command::new(python)
+        .arg(script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn();
+    let mut child = child.expect("python");
+    let mut input = child.stdin.take().expect("its input");
+    let written = input.write_all(json!(cases).to_string().as_bytes());
+    written.expect("written");
+    drop(input);
+    let output = child.wait_with_output().expect("python");
+    assert!(output.status.success(), "the script failed");
+    let other: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut seen = 0;
+    for ((accelerations, forces), other) in own.iter().zip(other.as_array().expect("a list")) {
+        let list = |name: &str| -> Vec<f64> {
+            let all = other[name].as_array().expect("a list");
+            all.iter().map(|one| one.as_f64().expect("a number")).collect()
+        };
+        // A start from which the arms do not meet says nothing.
+        if other["error"].as_f64().expect("a number") > 1e-9 {
+            continue;
+        }
+        seen += 1;
+        let scale = |all: &[f64]| all.iter().fold(1.0, |most: f64, one| most.max(one.abs()));
+        for (one, two) in [(accelerations, list("accelerations")), (forces, list("forces"))] {
+            let most = 1e-6 * scale(&two);
+            for (a, b) in one.iter().zip(&two) {
+                assert!((a - b).abs() < most, "{one:?} {two:?}");
+            }
+        }
+    }
+    assert!(seen > 12, "{seen}");
+}
