@@ -5,43 +5,29 @@
 //! that another component has made may be a `Frame` without more. Of two changes at once, the world
 //! says which one holds, also of those that exclude each other.
 
-use innermodel::kinds::{Engine, Transform as Plain};
+use crate::parts::{Part, described, part, part_of, read, rest, touched};
 use innermodel::language::model::Node;
 use innermodel::{Change, Edit, Folders, InnerModel, Kind, NewNode, NodeRef, Pose, ROOT};
-use innermodel::{Snapshot as Tree, Time, Transform};
+use innermodel::{Snapshot as Tree, Time};
 use property_graph::{Element, Error, Graph, Id, NodeId, Schema, Snapshot, Value};
 use rc_diagnostics::foreign::clean;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Millimetres in a metre: the world has metres.
-const METRE: f64 = 1000.0;
 /// How many problems are reported at once.
 const MOST_REPORTED: usize = 32;
-
-/// What the world says of a node.
-#[derive(Clone, Debug, PartialEq)]
-struct Part {
-    parent: String,
-    /// Where it is in its parent, in metres.
-    pose: [f64; 6],
-    /// As in a file, but without its pose; empty for a frame.
-    element: String,
-    /// Of a joint.
-    position: Option<f64>,
-    /// Name, type and value of each attribute that was added.
-    attributes: Vec<String>,
-}
 
 /// What joins the tree with the world.
 pub(crate) struct Front {
     /// The nodes that both have, by their ids in the tree.
     parts: HashMap<String, (Id, Part)>,
+    /// Their ids in the tree, by those in the world.
+    names: HashMap<Id, String>,
     /// The version of the tree that the world has.
     told: Arc<Tree>,
     /// The version of the world that the tree shows.
-    shown: Option<u64>,
+    shown: Option<Arc<Snapshot>>,
     /// The problems that were there after the last change of the world.
     problems: BTreeSet<String>,
 }
@@ -73,6 +59,7 @@ impl Front {
     pub(crate) fn new(told: Arc<Tree>) -> Self {
         Self {
             parts: HashMap::new(),
+            names: HashMap::new(),
             told,
             shown: None,
             problems: BTreeSet::new(),
@@ -81,8 +68,15 @@ impl Front {
 
     /// Notes that the world starts with the tree. What it is by now follows.
     pub(crate) fn started(&mut self, start: &Snapshot) {
-        self.parts = read(start).into_iter().collect();
+        self.have(read(start).into_iter().collect());
         self.shown = None;
+    }
+
+    /// Notes the nodes that both have.
+    fn have(&mut self, parts: Parts) {
+        let names = parts.iter().map(|(id, (of, _))| (*of, id.clone()));
+        self.names = names.collect();
+        self.parts = parts;
     }
 
     /// Writes what has changed in the tree into the world. `change` makes a change there. If the world
@@ -109,12 +103,19 @@ impl Front {
             }
         };
         for gone in &news.gone {
-            self.parts.remove(gone);
+            if let Some((of, _)) = self.parts.remove(gone) {
+                self.names.remove(&of);
+            }
         }
         for ((id, part), node) in news.parts.into_iter().zip(nodes) {
             // The world may hide one at once. The next look at it removes it here, too.
             let of = after.node(node).map_or(Id::new(0, 0), |node| node.id());
-            self.parts.insert(id, (of, part));
+            self.names.insert(of, id.clone());
+            if let Some((old, _)) = self.parts.insert(id, (of, part))
+                && old != of
+            {
+                self.names.remove(&old);
+            }
         }
         self.told = now;
         Ok(())
@@ -124,15 +125,20 @@ impl Front {
     /// it is new.
     pub(crate) fn follow(
         &mut self,
-        world: &Snapshot,
+        world: &Arc<Snapshot>,
         model: &InnerModel,
         time: Time,
         (place, folders): (&Path, &Folders),
     ) -> Vec<String> {
-        if self.shown == Some(world.version()) {
-            return Vec::new();
+        let shown = self.shown.replace(Arc::clone(world));
+        if let Some(shown) = shown.filter(|_| self.problems.is_empty()) {
+            if shown.version() == world.version() {
+                return Vec::new();
+            }
+            if self.follow_values(&shown, world, model, time, (place, folders)) {
+                return Vec::new();
+            }
         }
-        self.shown = Some(world.version());
         let wanted = read(world);
         let is_same = wanted.len() == self.parts.len()
             && wanted
@@ -147,7 +153,8 @@ impl Front {
             Ok::<_, std::convert::Infallible>(follow(edit, known, wanted, &described))
         });
         let Ok((parts, problems)) = made;
-        (self.parts, self.told) = (parts, model.snapshot());
+        self.have(parts);
+        self.told = model.snapshot();
         let problems: BTreeSet<String> = problems.into_iter().collect();
         let new = problems.difference(&self.problems).cloned();
         let mut new: Vec<String> = new.collect();
@@ -157,6 +164,68 @@ impl Front {
         }
         self.problems = problems;
         new
+    }
+
+    /// Makes what has changed since a version, in a time that depends on that alone. Returns whether that
+    /// was possible: if frames have come, gone or moved to another parent, it needs the whole world.
+    fn follow_values(
+        &mut self,
+        shown: &Snapshot,
+        world: &Snapshot,
+        model: &InnerModel,
+        time: Time,
+        (place, folders): (&Path, &Folders),
+    ) -> bool {
+        let Some(touched) = touched(shown, world) else {
+            return false;
+        };
+        let mut changed = Vec::new();
+        for node in touched {
+            let Ok(node) = world.node(node) else {
+                return false;
+            };
+            let known = self.names.get(&node.id());
+            let known = known.and_then(|id| Some((id, &self.parts.get(id)?.1)));
+            let Some((id, old)) = known else {
+                return false;
+            };
+            let Ok(frame) = world.frame(node.node_id()) else {
+                return false;
+            };
+            let Ok(frame) = world.tree().node(frame.node()) else {
+                return false;
+            };
+            let pose = frame.pose();
+            let part = part_of(&node, pose, old.parent.clone());
+            if part != *old {
+                changed.push((id.clone(), node.id(), part));
+            }
+        }
+        if changed.is_empty() {
+            return true;
+        }
+        let parts = &self.parts;
+        let made = model.change(time, |edit| {
+            for (id, _, part) in &changed {
+                let described = |id: &str, element: &str| described(id, element, place, folders);
+                put(
+                    edit,
+                    id,
+                    parts.get(id).map(|(_, old)| old),
+                    part,
+                    &described,
+                )?;
+            }
+            Ok::<_, String>(())
+        });
+        if made.is_err() {
+            return false;
+        }
+        for (id, of, part) in changed {
+            self.parts.insert(id, (of, part));
+        }
+        self.told = model.snapshot();
+        true
     }
 }
 
@@ -277,127 +346,6 @@ fn place(
         }
     }
     Ok(())
-}
-
-/// A node as its element says it.
-fn described(id: &str, element: &str, place: &Path, folders: &Folders) -> Result<Node, String> {
-    if element.is_empty() {
-        return Ok(Node::new(id, Kind::Transform(Plain::default())));
-    }
-    let text = format!("<innerModel>{element}</innerModel>");
-    let read = innermodel::read_text(&text, place, folders);
-    let (mut document, _) = read.map_err(|error| error.to_string())?;
-    match (document.nodes.pop(), document.nodes.is_empty()) {
-        (Some(node), true) => Ok(node),
-        _ => Err("expected one element without children".to_owned()),
-    }
-}
-
-/// The pose of a node in millimetres; that of a joint at 0.
-fn rest(kind: &Kind, part: &Part) -> Pose {
-    let [x, y, z, rx, ry, rz] = part.pose;
-    let pose = Pose::new(x * METRE, y * METRE, z * METRE, rx, ry, rz);
-    match (kind, part.position) {
-        (Kind::Joint(joint), Some(position)) if position != 0.0 => {
-            let turned = Transform::about(joint.axis, position);
-            (Transform::of(&pose) * turned.inverse()).pose()
-        }
-        (kind, _) if kind.has_pose() => pose,
-        _ => Pose::default(),
-    }
-}
-
-/// What the world has to say of a node.
-fn part(node: &NodeRef<'_>) -> Part {
-    let kind = node.kind();
-    let pose = match kind {
-        Kind::Joint(_) | Kind::Prismatic(_) => node.local().pose(),
-        _ => node.pose(),
-    };
-    let [x, y, z] = pose.translation.map(|length| length / METRE);
-    let [rx, ry, rz] = pose.rotation;
-    let is_frame = matches!(kind, Kind::Transform(Plain { engine: Engine::Static, mass, .. }) if *mass == 0.0)
-        && node.allowed().is_empty();
-    let position = node.position();
-    Part {
-        parent: node
-            .parent()
-            .map_or_else(String::new, |above| above.id().to_owned()),
-        pose: [x, y, z, rx, ry, rz],
-        element: if is_frame {
-            String::new()
-        } else {
-            node.element_at_rest()
-        },
-        position: position
-            .filter(|position| *position != 0.0 || matches!(kind, Kind::Prismatic(_))),
-        attributes: node
-            .attributes()
-            .flat_map(|(name, form, value)| [name, form, value].map(str::to_owned))
-            .collect(),
-    }
-}
-
-/// The frames of the world, parents before their children.
-fn read(world: &Snapshot) -> Vec<(String, (Id, Part))> {
-    let mut nodes = HashMap::new();
-    let mut names: HashMap<&str, usize> = HashMap::new();
-    for node in world.nodes() {
-        if let Ok(frame) = world.frame(node.node_id()) {
-            nodes.insert(frame.node(), node);
-            *names.entry(node.name()).or_default() += 1;
-        }
-    }
-    let mut found = Vec::new();
-    let mut rest = vec![(world.tree().root().node_id(), ROOT.to_owned())];
-    while let Some((key, above)) = rest.pop() {
-        let Ok(frame) = world.tree().node(key) else {
-            continue;
-        };
-        let is_top = frame.parent().is_none();
-        let mut below: Vec<_> = frame
-            .children()
-            .filter_map(|child| Some((child, *nodes.get(&child.node_id())?)))
-            .collect();
-        below.sort_unstable_by_key(|(_, node)| node.id());
-        for (child, node) in below {
-            if is_top && node.name() == ROOT {
-                rest.push((child.node_id(), ROOT.to_owned()));
-                continue;
-            }
-            let id = id_of(&node, &names);
-            let pose = child.pose();
-            let ([x, y, z], [rx, ry, rz]) = (pose.translation, pose.rotation);
-            let attributes = match node.get("attributes") {
-                Some(Value::Texts(all)) => all.iter().map(|text| text.to_string()).collect(),
-                _ => Vec::new(),
-            };
-            let element = node.get("element").and_then(Value::as_str);
-            let part = Part {
-                parent: above.clone(),
-                pose: [x, y, z, rx, ry, rz],
-                element: element.unwrap_or_default().to_owned(),
-                position: node.get("position").and_then(Value::as_f64),
-                attributes,
-            };
-            found.push((id.clone(), (node.id(), part)));
-            rest.push((child.node_id(), id));
-        }
-    }
-    found
-}
-
-/// The id of a node in the tree: its name, or one that no other node has.
-fn id_of(node: &property_graph::NodeRef<'_>, names: &HashMap<&str, usize>) -> String {
-    let (name, id) = (node.name(), node.id());
-    if !name.is_empty() && name != ROOT && names.get(name) == Some(&1) {
-        return name.to_owned();
-    }
-    let mut own = format!("{name}#{}:{}", id.writer(), id.count());
-    while names.contains_key(own.as_str()) {
-        own.push('_');
-    }
-    own
 }
 
 impl News {

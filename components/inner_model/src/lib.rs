@@ -2,6 +2,7 @@
 
 mod front;
 mod manager;
+mod parts;
 mod service;
 mod specific_worker;
 mod wire;

@@ -84,7 +84,7 @@ impl SpecificWorker {
             warn!("the changes since the last period are undone: {error}");
         }
         let world = ctx.g.snapshot();
-        for problem in front.follow(&world, model, time, (place, folders)) {
+        for problem in front.follow(&world.0.0, model, time, (place, folders)) {
             warn!("the tree does not have all of the world: {problem}");
         }
         model.forget_points();
