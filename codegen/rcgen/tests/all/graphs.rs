@@ -53,6 +53,45 @@ fn queries_of_a_schema_are_checked_with_it() {
     assert!(err.contains("the schema has no entity `Rom`"), "{err}");
 }
 
+/// Each reader of InnerModel files starts with a world that a network has kept.
+#[test]
+fn the_frames_of_a_graph_become_an_innermodel_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = r#"<innerModel>
+    <transform id="table" tx="1000" rz="0.5">
+        <plane id="top" size="800,20,600"/>
+        <laser id="front" tz="250"/>
+    </transform>
+</innerModel>
+"#;
+    std::fs::write(folder.path().join("a.xml"), scene).expect("a file");
+    let run = |args: &[&str]| rcgen(folder.path(), args);
+    let import = |from: &str, to: &str| run(&["import", from, "--out", to]);
+    for (from, to) in [
+        ("a.xml", "a.graph"),
+        ("a.graph", "b.xml"),
+        ("b.xml", "b.graph"),
+    ] {
+        let (code, out, err) = import(from, to);
+        assert_eq!(code, 0, "{from}: {out}{err}");
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file");
+    assert_eq!(read("b.graph"), read("a.graph"));
+    assert!(
+        read("b.xml").contains("<laser id=\"front\""),
+        "{}",
+        read("b.xml")
+    );
+
+    let graph = r#"{"schema": "kitchen.gdsl", "nodes": [], "edges": []}"#;
+    std::fs::write(folder.path().join("kitchen.gdsl"), KITCHEN).expect("a file");
+    std::fs::write(folder.path().join("c.graph"), graph).expect("a file");
+    let (code, _, err) = import("c.graph", "c.xml");
+    assert_eq!(code, 1, "{err}");
+    let expected = "c.graph: its schema has no relation with poses, such as `RT` of geometry.gdsl";
+    assert!(err.contains(expected), "{err}");
+}
+
 #[test]
 fn a_parameter_has_the_type_that_its_query_declares() {
     let folder = tempfile::tempdir().expect("a folder");

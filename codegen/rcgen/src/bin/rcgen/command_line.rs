@@ -173,8 +173,9 @@ pub(crate) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Makes an InnerModel file of a URDF file, or a graph of a URDF, InnerModel or DSR file;
-    /// or joins graphs; or takes a graph over into another schema. Warnings list what does not fit.
+    /// Makes an InnerModel file of a URDF file or a graph, or a graph of a URDF, InnerModel or DSR
+    /// file; or joins graphs; or takes a graph over into another schema. Warnings list what does
+    /// not fit.
     Import {
         /// The robot, or the graph of DSR; or graphs to join. Elements with the same id must be
         /// equal.

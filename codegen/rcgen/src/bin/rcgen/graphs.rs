@@ -277,6 +277,27 @@ pub(crate) fn import(file: &Path, out: &Path, common: &Common) -> Result<(), Fai
     create(out, graph_json::write(&document).as_bytes(), "file", false)
 }
 
+/// Writes the frames of a graph, with their bodies, as an InnerModel file.
+pub(crate) fn scene(file: &Path, out: &Path, common: &Common) -> Result<(), Failure> {
+    let mut sources = SourceMap::new();
+    let loaded = loaded(file, &mut sources, common)?;
+    if !loaded.schema.has_transforms() {
+        tell(format_args!(
+            "{}: its schema has no relation with poses, such as `RT` of geometry.gdsl",
+            file.display()
+        ));
+        return Err(Failure::Input);
+    }
+    let graph = loaded.document.graph(loaded.schema.into(), 1);
+    let graph = graph.map_err(|error| {
+        tell(format_args!("{}: {error}", file.display()));
+        Failure::Input
+    })?;
+    let tree = graph_exchange::innermodel::tree(&graph.snapshot());
+    let text = innermodel_language::print(&tree);
+    create(out, text.as_bytes(), "file", false)
+}
+
 pub(crate) fn export(request: &Request<'_>) -> Result<(), Failure> {
     let file = request.file;
     let mut sources = SourceMap::new();

@@ -51,6 +51,9 @@ fn import(
             graphs::join(files, out, common)
         }
         [file] if is_graph(out) => graphs::import(file, out, common),
+        [file] if is_graph(file) || file.extension().is_some_and(|ending| ending == "json") => {
+            graphs::scene(file, out, common)
+        }
         [file] => innermodel::import(file, out, common.format),
         _ => {
             let message =
