@@ -1,16 +1,16 @@
 //! Polls on a thread of its own: a component or a supervisor that hangs delays no message.
 
-use std::sync::mpsc::RecvTimeoutError::Timeout;
+use std::sync::mpsc::RecvTimeoutError::Disconnected;
 use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::Duration;
 
-/// A thread that polls, every two seconds. It ends when this is dropped.
+/// A thread that polls, every two seconds and when it is asked to. It ends when this is dropped.
 ///
 /// At most one result waits: the thread pauses until it is taken.
 #[derive(Debug)]
 pub struct Poller<T> {
     found: Receiver<T>,
-    _stop: Sender<()>,
+    wake: Sender<()>,
 }
 
 impl<T: Send + 'static> Poller<T> {
@@ -26,17 +26,23 @@ impl<T: Send + 'static> Poller<T> {
         mut notify: impl FnMut() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (send, found) = sync_channel(1);
-        let (stop, stopped) = channel::<()>();
+        let (wake, woken) = channel::<()>();
         let thread = std::thread::Builder::new().name("poll".to_owned());
         thread.spawn(move || {
-            while stopped.recv_timeout(Self::PAUSE) == Err(Timeout) {
+            while woken.recv_timeout(Self::PAUSE) != Err(Disconnected) {
                 if send.send(poll()).is_err() {
                     return;
                 }
                 notify();
             }
         })?;
-        Ok(Self { found, _stop: stop })
+        Ok(Self { found, wake })
+    }
+
+    /// Polls at once, or once the present poll has ended.
+    pub fn poll_now(&self) {
+        // The thread has ended if nobody receives.
+        let _ = self.wake.send(());
     }
 
     /// The results since the last call.

@@ -21,6 +21,11 @@ impl Processes {
         !now.0.is_empty() && self.0.is_disjoint(&now.0)
     }
 
+    /// Whether some of the processes are there now.
+    pub fn are_among(&self, now: &Self) -> bool {
+        !self.0.is_disjoint(&now.0)
+    }
+
     /// Keeps the processes of now. If no component replies, those before are kept: what replies
     /// later is compared with them.
     pub fn update(&mut self, now: Self) {

@@ -6,6 +6,7 @@ mod diff;
 mod elements;
 mod follow;
 mod graph;
+mod newcomers;
 mod query;
 mod replica;
 mod state;

@@ -1,11 +1,16 @@
 //! Questions about missing changes, and their answers, while they are under way.
 
+use crate::digest::RANGES;
 use crate::message::MOST_CHUNK;
-use graph_merge::Vector;
+use crate::wire;
+use graph_merge::{Delta, Record, Vector};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How many bytes an answer has at most, and all together that are kept until they have arrived.
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
+/// How many bytes the parts of a world have at most that wait for the others.
+const MOST_PARTS: usize = 1 << 30;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
 pub(crate) const KEPT_FOR: Duration = Duration::from_secs(5);
 
@@ -43,10 +48,78 @@ pub(crate) struct Answer {
     pub(crate) asked: Duration,
 }
 
+/// A world that arrives in several answers, because one does not hold it: range by range.
+pub(crate) struct Parts {
+    /// The replica that has it.
+    pub(crate) from: u64,
+    /// What the first answer says of the changes: the world is that of this time.
+    first: Delta,
+    ranges: BTreeMap<usize, Vec<Record>>,
+    bytes: usize,
+}
+
+impl Parts {
+    /// Whether an answer is a part of a world: ranges, although nobody has asked for these.
+    pub(crate) fn are(deltas: &[Delta]) -> bool {
+        let are = |delta: &Delta| delta.all_of.is_some_and(|(_, ranges)| ranges == RANGES);
+        !deltas.is_empty() && deltas.iter().all(are)
+    }
+
+    /// Begins with an answer.
+    pub(crate) fn begin(from: u64, deltas: &[Delta]) -> Self {
+        let first = deltas.first().map(|delta| Delta {
+            all_of: Some((0, 1)),
+            records: Vec::new(),
+            ..delta.clone()
+        });
+        Self {
+            from,
+            first: first.unwrap_or_default(),
+            ranges: BTreeMap::new(),
+            bytes: 0,
+        }
+    }
+
+    /// Adds an answer. Returns whether there is room for it.
+    pub(crate) fn add(&mut self, deltas: Vec<Delta>) -> bool {
+        let upto = &self.first.upto;
+        for delta in deltas {
+            let Some((range, _)) = delta.all_of else {
+                continue;
+            };
+            // Later changes of a writer follow in their order.
+            let is_earlier = |record: &Record| {
+                let stamp = record.stamp();
+                upto.get(&stamp.writer)
+                    .is_some_and(|upto| stamp.sequence <= *upto)
+            };
+            let records: Vec<Record> = delta.records.into_iter().filter(is_earlier).collect();
+            self.bytes += wire::size(&records);
+            self.ranges.insert(range, records);
+        }
+        self.bytes <= MOST_PARTS
+    }
+
+    /// The ranges that have not arrived.
+    pub(crate) fn missing(&self) -> Vec<u32> {
+        let all = (0..RANGES).filter(|range| !self.ranges.contains_key(range));
+        all.map(|range| range as u32).collect()
+    }
+
+    /// All of it as one answer.
+    pub(crate) fn whole(self) -> Delta {
+        Delta {
+            records: self.ranges.into_values().flatten().collect(),
+            ..self.first
+        }
+    }
+}
+
 /// Questions and answers.
 #[derive(Default)]
 pub(crate) struct Answers {
     pub(crate) asked: Option<Asked>,
+    pub(crate) parts: Option<Parts>,
     pub(crate) number: u64,
     pub(crate) kept: Vec<Answer>,
     /// The last one that was asked.

@@ -1,6 +1,6 @@
 //! Questions about missing changes, and their answers in chunks.
 
-use crate::answers::{Answer, Asked, MOST_ANSWER, Question};
+use crate::answers::{Answer, Asked, MOST_ANSWER, Parts, Question};
 use crate::content::Content;
 use crate::core::Core;
 use crate::digest::RANGES;
@@ -8,6 +8,7 @@ use crate::message::MOST_CHUNK;
 use crate::peers::{PAUSE, Peer, missing};
 use crate::protocol::between;
 use crate::wire;
+use graph_merge::Delta;
 use property_graph::{Graph, Time};
 use std::time::Duration;
 
@@ -41,6 +42,7 @@ impl Core {
                     peer.unanswered = peer.unanswered.saturating_add(1);
                 }
                 self.protocol.answers.asked = None;
+                self.protocol.answers.parts = None;
                 self.protocol.ask_by(now);
             } else {
                 self.ask_again(now);
@@ -61,13 +63,26 @@ impl Core {
     /// the earliest time.
     fn ask_somebody(&mut self, now: Duration) -> Option<Duration> {
         let seen = self.replica.seen();
+        let parts = self.protocol.answers.parts.as_ref();
+        let parts = parts.map(|parts| (parts.from, parts.missing()));
         let all = self.protocol.peers.live();
-        let all: Vec<(u64, &Peer)> = all.filter(|(_, peer)| peer.has_more(seen)).collect();
+        // The one that has sent parts sends the others.
+        let is_asked = |writer: u64, peer: &Peer| match &parts {
+            Some((from, _)) => *from == writer,
+            None => peer.has_more(seen),
+        };
+        let all: Vec<(u64, &Peer)> = all
+            .filter(|(writer, peer)| is_asked(*writer, peer))
+            .collect();
+        if parts.is_some() && all.is_empty() {
+            self.protocol.answers.parts = None;
+            return Some(now);
+        }
         let having = all.iter().filter(|(_, peer)| peer.ask_after <= now);
         let mut having: Vec<u64> = having.map(|(writer, _)| *writer).collect();
         let earliest = all.iter().map(|(_, peer)| peer.ask_after).min();
-        let mut ranges = Vec::new();
-        if having.is_empty() {
+        let mut ranges = parts.map_or_else(Vec::new, |(_, missing)| missing);
+        if having.is_empty() && ranges.is_empty() {
             let wrong = self.protocol.peers.live();
             let mut wrong = wrong.filter(|(_, peer)| !peer.wrong_ranges.is_empty());
             if let Some((writer, peer)) = wrong.next() {
@@ -180,8 +195,9 @@ impl Core {
         }
         peer.answered = Some(now);
         let Some(bytes) = self.answer_of(question) else {
-            let reason = "a replica lacks more than an answer holds, which is 64 MiB";
-            self.protocol.refuse(reason);
+            let most = self.protocol.most_answer;
+            let reason = format!("a range has more than an answer holds, which is {most} bytes");
+            self.protocol.refuse(&reason);
             return None;
         };
         let at = self.protocol.answers.keep(Answer {
@@ -195,22 +211,33 @@ impl Core {
         Some(at)
     }
 
+    /// The answer to a question. If it does not hold all, it has as many ranges as it holds.
     fn answer_of(&self, question: &Question) -> Option<Vec<u8>> {
-        let deltas = if question.ranges.is_empty() {
-            vec![self.replica.delta_since(&question.since)]
-        } else {
-            let mut ranges: Vec<u32> = question.ranges.clone();
-            ranges.sort_unstable();
-            ranges.dedup();
-            let ranges = ranges
-                .into_iter()
-                .filter(|range| (*range as usize) < RANGES);
-            ranges
-                .map(|range| self.replica.range(range as usize, RANGES))
-                .collect()
-        };
-        let size: usize = deltas.iter().map(|delta| wire::size(&delta.records)).sum();
-        (size <= MOST_ANSWER).then(|| wire::answer(&deltas))
+        let size = |delta: &Delta| wire::size(&delta.records);
+        let most = self.protocol.most_answer;
+        let mut ranges: Vec<u32> = question.ranges.clone();
+        if ranges.is_empty() {
+            let delta = self.replica.delta_since(&question.since);
+            if size(&delta) <= most {
+                return Some(wire::answer(&[delta]));
+            }
+            ranges = (0..RANGES as u32).collect();
+        }
+        ranges.sort_unstable();
+        ranges.dedup();
+        let ranges = ranges
+            .into_iter()
+            .filter(|range| (*range as usize) < RANGES);
+        let (mut deltas, mut bytes) = (Vec::new(), 0);
+        for range in ranges {
+            let delta = self.replica.range(range as usize, RANGES);
+            bytes += size(&delta);
+            if bytes > most {
+                break;
+            }
+            deltas.push(delta);
+        }
+        (!deltas.is_empty()).then(|| wire::answer(&deltas))
     }
 
     /// Takes a part of an answer.
@@ -252,10 +279,11 @@ impl Core {
         if asked.chunks.iter().all(Option::is_some) {
             let chunks = std::mem::take(&mut asked.chunks);
             let announced = std::mem::take(&mut asked.announced);
+            let may_be_part = asked.ranges.is_empty() || answers.parts.is_some();
             answers.asked = None;
             let whole: Vec<u8> = chunks.into_iter().flatten().flatten().collect();
-            self.take_answer(graph, time, now, &whole);
-            let is_fruitless = missing(&announced, self.replica.seen()) > 0;
+            let is_part = self.take_answer(graph, time, now, &whole, may_be_part.then_some(sender));
+            let is_fruitless = !is_part && missing(&announced, self.replica.seen()) > 0;
             if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
                 peer.has_answered(now, is_fruitless);
             }
@@ -264,9 +292,24 @@ impl Core {
         }
     }
 
-    pub(crate) fn take_answer(&mut self, graph: &Graph, time: Time, now: Duration, whole: &[u8]) {
+    /// Takes an answer. One with ranges is a part of a world if nobody has asked for ranges: then
+    /// `parts_from` is its sender. Returns whether other parts are missing.
+    pub(crate) fn take_answer(
+        &mut self,
+        graph: &Graph,
+        time: Time,
+        now: Duration,
+        whole: &[u8],
+        parts_from: Option<u64>,
+    ) -> bool {
+        let mut is_part = false;
         match wire::read_answer(whole) {
             Ok(deltas) => {
+                let deltas = match parts_from.filter(|_| Parts::are(&deltas)) {
+                    Some(from) => self.add_parts(from, deltas),
+                    None => deltas,
+                };
+                is_part = self.protocol.answers.parts.is_some();
                 for delta in deltas {
                     let at = between(time, graph.snapshot().time(), time);
                     self.merge_answer(graph, at, &delta);
@@ -278,5 +321,27 @@ impl Core {
         if self.lacks() {
             self.protocol.ask_by(now.saturating_add(PAUSE));
         }
+        is_part
+    }
+
+    /// Adds parts of a world. Returns the world once all are here.
+    fn add_parts(&mut self, from: u64, deltas: Vec<Delta>) -> Vec<Delta> {
+        let answers = &mut self.protocol.answers;
+        let known = answers.parts.take().filter(|parts| parts.from == from);
+        let mut parts = known.unwrap_or_else(|| Parts::begin(from, &deltas));
+        let before = parts.missing().len();
+        if !parts.add(deltas) {
+            self.protocol.refuse("a world has more than 1 GiB");
+            return Vec::new();
+        }
+        if parts.missing().len() == before {
+            self.protocol.refuse("an answer repeats a part of a world");
+            return Vec::new();
+        }
+        if parts.missing().is_empty() {
+            return vec![parts.whole()];
+        }
+        answers.parts = Some(parts);
+        Vec::new()
     }
 }

@@ -5,6 +5,7 @@ use crate::protocol::Protocol;
 use crate::rights::Rights;
 use crate::streams::Streams;
 use crate::token::Token;
+use crate::world::Setup;
 use graph_merge::{Conflict, Hidden, Replica};
 use graph_schema::Schema;
 use std::collections::VecDeque;
@@ -31,15 +32,18 @@ pub(crate) struct Core {
     /// Values that lost against those of this replica, until the component takes them.
     pub(crate) overruled: VecDeque<Overruled>,
     pub(crate) protocol: Protocol,
+    /// Whether it removes edges of which an end was removed.
+    pub(crate) tidies: bool,
 }
 
 impl Core {
-    pub(crate) fn new(writer: u64, name: String, schema: Arc<Schema>, rights: Rights) -> Self {
-        let protocol = Protocol::new(writer, name, &schema);
+    pub(crate) fn new(setup: Setup) -> Self {
         Self {
-            replica: Replica::new(writer, []),
-            schema,
-            rights,
+            replica: Replica::new(setup.writer, []),
+            protocol: Protocol::new(setup.writer, setup.name, &setup.schema, setup.most_answer),
+            schema: setup.schema,
+            rights: setup.rights,
+            tidies: setup.tidies,
             streams: Streams::default(),
             is_whole: true,
             is_stale: false,
@@ -47,7 +51,6 @@ impl Core {
             conflicts: Vec::new(),
             fault: None,
             overruled: VecDeque::new(),
-            protocol,
         }
     }
 

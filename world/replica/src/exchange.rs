@@ -302,7 +302,10 @@ impl Core {
             peer.wrong_ranges = wrong;
         }
         if self.lacks() {
-            self.protocol.ask_by(now.saturating_add(PATIENCE));
+            // One that has nothing waits for no change that is under way.
+            let is_first = self.replica.seen().is_empty();
+            let patience = if is_first { Duration::ZERO } else { PATIENCE };
+            self.protocol.ask_by(now.saturating_add(patience));
         }
     }
 
@@ -327,6 +330,7 @@ impl Core {
             return now.saturating_add(PERIOD);
         }
         if now >= self.protocol.next_digest {
+            self.tidy(graph, time);
             self.tick(now);
         }
         let asks = self.ask(now);
@@ -350,6 +354,8 @@ impl Core {
         self.protocol.next_digest = now.saturating_add(PERIOD);
         if self.lacks() {
             self.protocol.ask_by(now);
+        } else {
+            self.protocol.answers.parts = None;
         }
     }
 
@@ -381,14 +387,18 @@ impl Core {
         if !peers.live().any(|(_, peer)| peer.other_streams > 1) {
             return;
         }
-        let before = peers
-            .live()
-            .filter(|(writer, _)| *writer < self.protocol.writer);
-        let (rank, count) = (before.count() as u64, peers.live().count() as u64 + 1);
-        if self.protocol.ticks % count == rank {
+        if self.is_its_turn() {
             let quiet = self.streams.before(now.saturating_sub(PERIOD));
             self.protocol.send_samples(quiet);
         }
+    }
+
+    /// Whether this replica does now what one of all has to do: in turn, because any of them may end.
+    pub(crate) fn is_its_turn(&self) -> bool {
+        let live = || self.protocol.peers.live();
+        let before = live().filter(|(writer, _)| *writer < self.protocol.writer);
+        let (rank, count) = (before.count() as u64, live().count() as u64 + 1);
+        self.protocol.ticks % count == rank
     }
 
     /// Says goodbye.

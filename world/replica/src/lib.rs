@@ -53,6 +53,7 @@ mod start;
 mod status;
 mod steady;
 mod streams;
+mod tidy;
 mod token;
 mod watch;
 mod wire;

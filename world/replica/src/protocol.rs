@@ -26,6 +26,8 @@ pub(crate) struct Protocol {
     pub(crate) writer: u64,
     pub(crate) name: String,
     pub(crate) schema: u64,
+    /// How many bytes an answer has at most.
+    pub(crate) most_answer: usize,
     pub(crate) digests: Digests,
     pub(crate) peers: Peers,
     pub(crate) answers: Answers,
@@ -45,11 +47,12 @@ pub(crate) struct Protocol {
 }
 
 impl Protocol {
-    pub(crate) fn new(writer: u64, name: String, schema: &Schema) -> Self {
+    pub(crate) fn new(writer: u64, name: String, schema: &Schema, most_answer: usize) -> Self {
         Self {
             writer,
             name,
             schema: digest::of_schema(schema),
+            most_answer,
             digests: Digests::default(),
             peers: Peers::default(),
             answers: Answers::default(),

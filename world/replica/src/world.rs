@@ -1,5 +1,6 @@
 //! The world as a component holds it.
 
+use crate::answers::MOST_ANSWER;
 use crate::core::Core;
 use crate::error::Error;
 use crate::health::Health;
@@ -33,6 +34,10 @@ pub struct Setup {
     pub clock: Clock,
     /// The writer. No two replicas have the same one, and no two runs of one component.
     pub writer: u64,
+    /// How many bytes it sends in an answer at most. A larger world is sent in several.
+    pub most_answer: usize,
+    /// Whether it removes edges of which others have removed an end. A tool that listens does not.
+    pub tidies: bool,
 }
 
 impl Setup {
@@ -45,6 +50,8 @@ impl Setup {
             rights: Rights::everything(),
             clock: Arc::new(|| Time::ZERO),
             writer: unique_writer(),
+            most_answer: MOST_ANSWER,
+            tidies: true,
         }
     }
 
@@ -59,6 +66,20 @@ impl Setup {
     #[must_use]
     pub fn with_rights(mut self, rights: Rights) -> Self {
         self.rights = rights;
+        self
+    }
+
+    /// Sets how many bytes an answer has at most; 64 MiB if this is more.
+    #[must_use]
+    pub fn with_most_answer(mut self, bytes: usize) -> Self {
+        self.most_answer = bytes.min(MOST_ANSWER);
+        self
+    }
+
+    /// Leaves it to others to remove edges of which an end was removed.
+    #[must_use]
+    pub fn without_tidying(mut self) -> Self {
+        self.tidies = false;
         self
     }
 
@@ -94,12 +115,7 @@ impl World {
         Self {
             graph: Graph::new(Arc::clone(&setup.schema), setup.writer),
             clock: Arc::clone(&setup.clock),
-            core: Mutex::new(Core::new(
-                setup.writer,
-                setup.name,
-                setup.schema,
-                setup.rights,
-            )),
+            core: Mutex::new(Core::new(setup)),
             changed: Condvar::new(),
             waiting: AtomicUsize::new(0),
         }
@@ -286,7 +302,7 @@ impl World {
     /// Takes an answer to another replica.
     pub(crate) fn overhear(&self, now: Duration, answer: &[u8]) {
         let mut core = self.core();
-        core.take_answer(&self.graph, (self.clock)(), now, answer);
+        core.take_answer(&self.graph, (self.clock)(), now, answer, None);
         self.wake(core);
     }
 

@@ -43,6 +43,7 @@ pub(super) fn world(
     let time = Arc::new(AtomicU64::new(0));
     let clock = Arc::clone(&time);
     let setup = Setup::new("rcdeploy", Arc::new(schema(schema_file)?))
+        .without_tidying()
         .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
     let world = World::new(setup);
     let selection = Selection {

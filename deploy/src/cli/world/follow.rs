@@ -12,7 +12,8 @@ const AGAIN: Duration = Duration::from_secs(1);
 pub(super) struct Follower {
     pub(super) listener: Listener,
     processes: Processes,
-    found: Poller<Option<Processes>>,
+    /// When it looked, and the processes.
+    found: Poller<(Instant, Option<Processes>)>,
     /// When the network that was started again is joined.
     joins: Option<Instant>,
 }
@@ -31,11 +32,16 @@ pub(super) enum Turn {
 impl Follower {
     /// Joins the world of a network. `None` at Ctrl-C.
     pub(super) fn begin(network: &str) -> Result<Option<Self>, Failure> {
-        let Some(listener) = Listener::joined(network, None)? else {
+        let Some(mut listener) = Listener::joined(network, None)? else {
             return Ok(None);
         };
+        listener.newcomers.hold();
         let name = listener.network.name.clone();
-        let look = move || Network::look(&name).ok().map(|now| Processes::of(&now));
+        let look = move || {
+            let begin = Instant::now();
+            let now = Network::look(&name).ok().map(|now| Processes::of(&now));
+            (begin, now)
+        };
         let found = Poller::begin(look, || {}).map_err(|error| system(&error))?;
         Ok(Some(Self {
             processes: Processes::of(&listener.network),
@@ -47,10 +53,16 @@ impl Follower {
 
     /// Takes what has come. It waits for some milliseconds if nothing has.
     pub(super) fn turn(&mut self) -> Result<Turn, Failure> {
-        for now in self.found.take().into_iter().flatten() {
+        for (begin, now) in self.found.take() {
+            let Some(now) = now else { continue };
             if self.processes.were_replaced_by(&now) {
                 self.joins.get_or_insert_with(Instant::now);
+            } else if self.processes.are_among(&now) {
+                self.listener.take_newcomers(begin);
             }
+        }
+        if self.listener.newcomers.are_new() {
+            self.found.poll_now();
         }
         let Some(due) = self.joins else {
             let goes_on = self.listener.turn(&mut |_| {})?;
@@ -68,7 +80,8 @@ impl Follower {
             return Ok(Turn::Same);
         }
         match Listener::joined(&self.listener.network.name, None) {
-            Ok(Some(listener)) => {
+            Ok(Some(mut listener)) => {
+                listener.newcomers.hold();
                 self.processes = Processes::of(&listener.network);
                 (self.listener, self.joins) = (listener, None);
                 Ok(Turn::Restarted)

@@ -1,6 +1,7 @@
 //! A replica of a running network's world that only listens: it announces nothing about itself, so
 //! that no component counts it or waits for it, and asks for what it lacks.
 
+use super::newcomers::Newcomers;
 use crate::cli::look::look;
 use crate::cli::messages::{interrupts, is_interrupted};
 use crate::cli::output::{Failure, is_output_closed, print_note, system};
@@ -43,6 +44,8 @@ pub(super) struct ReceivedMessage {
 pub(super) struct Listener {
     pub(super) network: Network,
     pub(super) world: World,
+    /// Replicas that came later.
+    pub(super) newcomers: Newcomers,
     /// The files of the schema; none if no component provides them.
     pub(super) files: Vec<(String, String)>,
     observer: Observer,
@@ -144,9 +147,11 @@ impl Listener {
         let is_system =
             sharing.is_none_or(|component| component.status.clock.kind == ClockKind::System);
         let clock = Arc::clone(&time);
-        let setup = Setup::new("rcdeploy", Arc::new(schema(&files)?)).with_clock(move || {
-            rc_world::property_graph::Time::from_nanos(clock.load(Ordering::Relaxed))
-        });
+        let setup = Setup::new("rcdeploy", Arc::new(schema(&files)?))
+            .without_tidying()
+            .with_clock(move || {
+                rc_world::property_graph::Time::from_nanos(clock.load(Ordering::Relaxed))
+            });
         let mut observer = Observer::new(&network)?;
         let mut feeds = BTreeMap::new();
         for (kind, topic) in topics {
@@ -156,6 +161,7 @@ impl Listener {
         }
         Ok(Self {
             world: World::new(setup),
+            newcomers: Newcomers::default(),
             network,
             files,
             observer,
@@ -289,6 +295,7 @@ impl Listener {
             observer,
             feeds,
             world,
+            newcomers,
             only,
             writer,
             heard,
@@ -325,7 +332,12 @@ impl Listener {
             let is_wanted = only.is_none() || sender.is_some() && *writer == sender;
             if is_wanted && observed.header.encoding == Encoding::Cdr {
                 match Message::decode(*kind, &mut Reader::new(observed.body)) {
-                    Ok(message) => world.receive(now, message),
+                    Ok(message) => {
+                        let passed = newcomers.pass(sender, message, observed.body.len());
+                        if let Some(message) = passed {
+                            world.receive(now, message);
+                        }
+                    }
                     Err(error) => print_note(&format!("a message of {}: {error}", topic.address)),
                 }
             }
@@ -350,6 +362,14 @@ impl Listener {
             self.observer.wait(&[self.interrupts.as_fd()], left);
         }
         Ok(true)
+    }
+
+    /// Takes the messages of newcomers that came before a time: they are of the same run of the network.
+    pub(super) fn take_newcomers(&mut self, before: Instant) {
+        let now = self.begin.elapsed();
+        for message in self.newcomers.accept(before) {
+            self.world.receive(now, message);
+        }
     }
 
     fn send(&mut self, message: &Message) -> Result<(), Failure> {

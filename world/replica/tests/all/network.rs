@@ -83,6 +83,8 @@ pub(crate) struct Network {
     pub(crate) random: Rng,
     /// How long a turn of all replicas takes, in milliseconds.
     pub(crate) turn: u64,
+    /// How many bytes an answer has at most.
+    most_answer: usize,
     /// By the time of arrival and a number.
     waiting: std::collections::BinaryHeap<Reverse<(Duration, u64, usize)>>,
     messages: BTreeMap<u64, Message>,
@@ -97,6 +99,15 @@ pub(crate) struct Network {
 
 impl Network {
     pub(crate) fn new(count: usize, weather: Weather, seed: u64) -> Self {
+        Self::with_most_answer(count, weather, seed, usize::MAX)
+    }
+
+    pub(crate) fn with_most_answer(
+        count: usize,
+        weather: Weather,
+        seed: u64,
+        most_answer: usize,
+    ) -> Self {
         let mut network = Self {
             worlds: Vec::new(),
             groups: vec![0; count],
@@ -104,6 +115,7 @@ impl Network {
             now: Duration::ZERO,
             random: Rng::with_seed(seed),
             turn: 1,
+            most_answer,
             waiting: std::collections::BinaryHeap::new(),
             messages: BTreeMap::new(),
             number: 0,
@@ -126,6 +138,7 @@ impl Network {
         let setup = Setup::new(&format!("agent{at}"), flat())
             .with_writer(self.writers)
             .with_rights(rights)
+            .with_most_answer(self.most_answer)
             .with_clock(move || Time::from_millis(clock.load(Ordering::Relaxed)));
         World::new(setup)
     }

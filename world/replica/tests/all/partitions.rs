@@ -253,3 +253,47 @@ fn one_that_says_goodbye_is_not_waited_for() {
     let gone = status.peers.iter().find(|peer| peer.has_left);
     assert_eq!(gone.map(|peer| peer.name.as_str()), Some("agent2"));
 }
+
+/// Each side of a partition joins a door with a room that the other side removes, or ends at. Such edges are
+/// shown nowhere, and one that nobody removed would stay for good.
+#[test]
+fn edges_without_an_end_are_removed_also_those_of_writers_that_have_ended() {
+    let mut network = Network::new(4, CALM, 3);
+    network.run(Duration::from_secs(4));
+    for name in ["kitchen", "hall"] {
+        add(network.at(0), "room", name);
+    }
+    for name in ["front", "back"] {
+        add(network.at(0), "door", name);
+    }
+    network.converge(Duration::from_secs(10));
+    network.groups = vec![0, 0, 1, 1];
+    for (at, door) in [(2, "front"), (3, "back")] {
+        let joined = network.at(at).change(|edit| {
+            let named = |name: &str| edit.snapshot().named(name).next().expect("a node");
+            let (door, room) = (named(door), named("kitchen"));
+            edit.add_edge("in", door, room)?;
+            Ok(())
+        });
+        joined.expect("a sound change");
+    }
+    let removed = network.at(0).change(|edit| {
+        let room = edit.snapshot().named("kitchen").next().expect("a room");
+        Ok(edit.remove_node(room)?)
+    });
+    removed.expect("a sound change");
+    network.run(Duration::from_secs(2));
+    // One of the writers ends before it hears of the removal.
+    network.kill(3);
+    network.groups = vec![0; 4];
+    network.run(Duration::from_millis(2500));
+    network.converge(Duration::from_secs(10));
+    network.run(Duration::from_secs(12));
+    for at in network.living() {
+        let world = network.at(at);
+        let status = world.status(network.now);
+        assert_eq!((status.conflicts, world.conflicts().len()), (0, 0));
+        assert_eq!(status.elements, 3, "a room and two doors");
+        assert_eq!(status.tombstones, 0);
+    }
+}

@@ -1,6 +1,6 @@
 //! Questions about missing changes, and others whose answers do not help.
 
-use crate::network::{CALM, Network, add, flat, through_bytes};
+use crate::network::{CALM, Network, Weather, add, flat, through_bytes};
 use crate::wrong::{Forged, digest, schema_of, steps};
 use property_graph::{Id, Schema, Value};
 use rc_middleware::{Reader, Writer};
@@ -219,4 +219,63 @@ fn a_stranger_that_counts_in_great_steps_keeps_nobody_from_joining() {
     assert_eq!(late.snapshot().node_count(), 3);
     add(&late, "room", "kitchen");
     assert_eq!(late.snapshot().node_count(), 4);
+}
+
+/// A replica that joins late gets a world of which an answer holds a sixteenth. Meanwhile it changes, and
+/// the replica that has begun to answer is killed.
+#[test]
+fn a_world_larger_than_an_answer_arrives_in_parts_and_is_shown_as_a_whole() {
+    const DOORS: usize = 1000;
+    let rough = Weather {
+        lost: 10,
+        repeated: 5,
+        late: 20,
+    };
+    for weather in [CALM, rough] {
+        let mut network = Network::with_most_answer(3, weather, 11, 24 << 10);
+        network.kill(2);
+        for part in 0..10 {
+            let filled = network.at(0).change(|edit| {
+                for number in 0..DOORS / 10 {
+                    let door = edit.add_node("door")?;
+                    edit.set(door, "name", format!("door {part} {number}"))?;
+                    edit.set(door, "width", 0.8)?;
+                }
+                Ok(())
+            });
+            filled.expect("a sound change");
+            network.run(Duration::from_millis(100));
+        }
+        network.converge(20 * SECOND);
+        let late = network.world(2, Rights::everything());
+        network.worlds[2] = Some(late);
+        let (mut shown, mut asked_first) = (None, 0);
+        for step in 0..400_usize {
+            network.run(Duration::from_millis(20));
+            let changed = network.at(1).change(|edit| {
+                let doors: Vec<_> = edit.snapshot().nodes().map(|node| node.node_id()).collect();
+                if step % 4 == 0 {
+                    edit.remove_node(doors[step * 7 % doors.len()])?;
+                }
+                edit.set(doors[(step * 7 + 1) % doors.len()], "height", step as f64)?;
+                Ok(())
+            });
+            changed.expect("a sound change");
+            if step == 20 {
+                let killed = network.kill(0).expect("it lives");
+                asked_first = killed.status(network.now).counts.answered;
+            }
+            let count = network.at(2).snapshot().node_count();
+            if count > 0 {
+                shown.get_or_insert(count);
+            }
+        }
+        network.converge(20 * SECOND);
+        let shown = shown.expect("the world has arrived");
+        assert!(shown > DOORS - 110, "{shown} doors were shown first");
+        let answers = network.at(1).status(network.now).counts.answered;
+        assert!(answers > 12, "{answers} answers, after {asked_first}");
+        assert!(asked_first > 0 || weather.lost > 0);
+        assert!(network.at(2).has_joined());
+    }
 }
