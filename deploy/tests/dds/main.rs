@@ -30,6 +30,7 @@ mod time;
 mod tools;
 mod turning;
 mod world;
+mod world_soak;
 
 use rc_test_site::site::{PATROL, Site};
 use serde_json::Value;

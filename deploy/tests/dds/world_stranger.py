@@ -1,6 +1,6 @@
 """A replica of a world in plain Python, written by docs/protocol/world.md over the package `cyclonedds`
-and nothing else: `world_stranger.py STATE STREAM DOMAIN FOLDER RATE`, of which the first two are the
-addresses of `World` and `WorldStream`. It changes the world at random until FOLDER
+and nothing else: `world_stranger.py STATE STREAM HEARD_STATE HEARD_STREAM DOMAIN FOLDER RATE`, of which the
+first ones are the addresses of `World` and `WorldStream` where it sends, and where it receives. It changes the world at random until FOLDER
 has a file `stop`, writes down what it sends as the agents of the test do, and ends when its input does.
 """
 
@@ -395,7 +395,7 @@ class Replica:
 
 
 class Stranger:
-    def __init__(self, state, stream, domain, folder, rate):
+    def __init__(self, state, stream, heard_state, heard_stream, domain, folder, rate):
         self.folder, self.period = Path(folder), 1 / float(rate)
         self.random = random.Random()
         self.replica = Replica(self.random.getrandbits(63) | 1 << 62)
@@ -413,15 +413,17 @@ class Stranger:
             )
             return kind(member, Topic(member, name, of), qos)
 
-        topics = {
-            "change": (f"{state}/change", WorldChange, True),
-            "digest": (f"{state}/digest", WorldDigest, True),
-            "ask": (f"{state}/ask", WorldAsk, True),
-            "chunk": (f"{state}/chunk", WorldChunk, True),
-            "samples": (f"{stream}/samples", WorldSamples, False),
-        }
-        self.readers = {name: end(DataReader, *of) for name, of in topics.items()}
-        self.writers = {name: end(DataWriter, *of) for name, of in topics.items()}
+        def ends(kind, state, stream):
+            return {
+                "change": end(kind, f"{state}/change", WorldChange, True),
+                "digest": end(kind, f"{state}/digest", WorldDigest, True),
+                "ask": end(kind, f"{state}/ask", WorldAsk, True),
+                "chunk": end(kind, f"{state}/chunk", WorldChunk, True),
+                "samples": end(kind, f"{stream}/samples", WorldSamples, False),
+            }
+
+        self.readers = ends(DataReader, heard_state, heard_stream)
+        self.writers = ends(DataWriter, state, stream)
         self.log = open(self.folder / f"{self.replica.writer}.log", "wb", buffering=0)
 
     def receive(self):
@@ -595,4 +597,4 @@ class Stranger:
         (self.folder / f"{replica.writer}.end").write_text("\n".join(lines) + "\n")
 
 
-Stranger(*sys.argv[1:6]).run()
+Stranger(*sys.argv[1:8]).run()

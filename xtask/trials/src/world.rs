@@ -16,7 +16,7 @@ pub(crate) fn bench(smoke: bool) -> Result<(), Failure> {
 }
 
 pub(crate) fn soak() -> Result<(), Failure> {
-    let words = "test -p rc-deploy --test dds world::twenty -- --ignored --nocapture";
+    let words = "test -p rc-deploy --test dds world_soak::twenty -- --ignored --nocapture";
     let words: Vec<&str> = words.split(' ').collect();
     print!("{}", output(cargo(&words)?, LIMIT)?);
     let words = "test -p rc-world --test all dsr_ -- --nocapture";

@@ -2,16 +2,13 @@
 //! sends it, and at the end what it has.
 
 use rc_middleware::{Reader, Writer};
-use rc_world::property_graph::{
-    EdgeId, Edit, Element, Error as GraphError, Id, NodeId, Schema, Value,
-};
+use rc_world::property_graph::{EdgeId, Edit, Element, Error as GraphError, Id, NodeId, Value};
 use rc_world::{Message, Rights, Topic};
 use rc_world_member::{Driver, Interface, place};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 use world_agent_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_agent_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
@@ -64,7 +61,8 @@ impl Log {
 impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let rights = Rights::everything().with_stream("thing", "at", Duration::from_millis(20));
-        let schema = Arc::new(Schema::anything());
+        let files = [("things.gdsl", include_str!("../things.gdsl"))];
+        let schema = rc_world_typed::schema(ctx, &files).map_err(WorkerError::Fatal)?;
         let world = Driver::new(ctx, schema, rights);
         let folder = ctx.params.folder.clone();
         let writer = world.state().writer;

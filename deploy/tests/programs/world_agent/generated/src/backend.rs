@@ -22,4 +22,4 @@ pub(crate) const TYPES_PEERS: &[&str] = &[];
 pub(crate) const TYPES_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"cfb404dcefb9051c\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"d1cb908e8480f4b0\",\"middleware\":\"iceoryx2\"}\0";

@@ -81,7 +81,7 @@ const SLOT_STREAMS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "world_agent",
-    model_hash: 0xcfb404dcefb9051c,
+    model_hash: 0xd1cb908e8480f4b0,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),
