@@ -552,6 +552,22 @@ class Stranger:
             steps.append(self.step(3, of=gone))
         else:
             steps.append(self.step(2, pick.choice("xy"), any_node(), value=pick.randrange(10**6)))
+        self.send(since, steps)
+
+    def tidy(self):
+        """Removes its edges of which others have removed an end."""
+        replica, gone = self.replica, []
+        for of, element in replica.elements.items():
+            if of[0] == replica.writer and replica.is_there(of) and element.made.what == 1:
+                ends = (element.made.of, element.made.to)
+                if any(replica.is_removed((end.writer, end.count)) for end in ends):
+                    gone.append(of)
+        if gone:
+            since = replica.seen.get(replica.writer, 0)
+            self.send(since, [self.step(3, of=of) for of in gone])
+
+    def send(self, since, steps):
+        replica = self.replica
         upto = replica.seen[replica.writer]
         change = Change(self.schema, replica.writer, time.time_ns(), since, upto, steps)
         data = cdr(change)
@@ -567,6 +583,7 @@ class Stranger:
             self.receive()
             if now >= told + 1:
                 told = now
+                self.tidy()
                 self.tell()
             self.look()
             is_busy = self.schema and now > started + 2.5 and not (self.folder / "stop").exists()

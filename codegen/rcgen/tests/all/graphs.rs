@@ -60,7 +60,7 @@ fn the_frames_of_a_graph_become_an_innermodel_file() {
     let scene = r#"<innerModel>
     <transform id="table" tx="1000" rz="0.5">
         <plane id="top" size="800,20,600"/>
-        <laser id="front" tz="250"/>
+        <laser id="front"/>
     </transform>
 </innerModel>
 "#;
