@@ -108,6 +108,15 @@ pub trait Backend {
         Vec::new()
     }
 
+    /// Whether the ends that are there have all messages that were sent to them, so that they
+    /// receive them before anything that is sent later, by whatever way. Waits for that at most
+    /// `limit`. Best-effort subscribers, tools and programs without a description do not count. A
+    /// middleware that puts messages into the queues of their receivers has nothing to wait for.
+    fn have_arrived(&self, limit: Duration) -> bool {
+        let _ = limit;
+        true
+    }
+
     /// Waits until all sent messages have arrived, at most `limit`. The runtime calls it before it
     /// closes the ports of a component that ends.
     fn linger(&self, limit: Duration);

@@ -522,6 +522,12 @@ impl Connections {
         Ok(())
     }
 
+    /// Whether all messages have arrived. Waits for that at most `limit` with each middleware.
+    pub(crate) fn have_arrived(&self, limit: Duration) -> bool {
+        let mut backends = self.backends.iter();
+        backends.all(|(_, backend)| backend.have_arrived(limit))
+    }
+
     /// Waits until the last messages have arrived, at most for `limit`.
     pub(crate) fn linger(&self, limit: Duration) {
         for (_, backend) in &self.backends {

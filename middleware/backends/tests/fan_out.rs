@@ -103,6 +103,11 @@ impl Backend for Component {
         }))
     }
 
+    fn have_arrived(&self, limit: Duration) -> bool {
+        let mut both = self.both.iter();
+        both.all(|backend| backend.have_arrived(limit))
+    }
+
     fn linger(&self, limit: Duration) {
         self.both.iter().for_each(|backend| backend.linger(limit));
     }

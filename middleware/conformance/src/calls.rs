@@ -56,6 +56,29 @@ pub fn commands_and_queries_keep_their_order(subject: &dyn Subject) {
     assert_eq!(served, (1..=60).collect::<Vec<_>>());
 }
 
+/// In lockstep, a component acknowledges its tick when its commands have arrived.
+pub fn commands_that_have_arrived_are_served_at_once(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint("default/Motor");
+    let backend = network.join("server");
+    let mut server = backend.server(&address).expect("a server");
+    let backend = network.join("client");
+    let mut client = network.client(&*backend, &address);
+    // Then the server knows the client, too.
+    client.send(header(1), b"command").expect("to be sent");
+    serve(&mut *server, 1, &|_, _, _| ());
+    for sequence in 2..=100 {
+        let sent = client.send(header(sequence), b"command");
+        sent.expect("to be sent");
+        assert!(backend.have_arrived(LIMIT), "{sequence}");
+        server.acknowledge(false);
+        let mut served = Vec::new();
+        let mut serve = || server.serve(&mut |header, _, _| served.push(header.sequence));
+        while serve().expect("requests") {}
+        assert_eq!(served, [sequence]);
+    }
+}
+
 /// Eight clients at once, 200 calls each.
 pub fn each_client_gets_its_own_replies(subject: &dyn Subject) {
     let network = Network::new(subject);

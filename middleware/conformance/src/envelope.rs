@@ -44,6 +44,10 @@ impl Backend for Enveloping {
         }))
     }
 
+    fn have_arrived(&self, limit: Duration) -> bool {
+        self.0.have_arrived(limit)
+    }
+
     fn linger(&self, limit: Duration) {
         self.0.linger(limit);
     }

@@ -82,6 +82,7 @@ macro_rules! suite {
             a_transient_local_publisher_reaches_all_subscribers
             a_slow_subscriber_keeps_the_newest_and_delays_nobody
             lost_samples_are_counted
+            samples_that_have_arrived_are_received_at_once
             a_subscriber_outlives_its_publishers
             publishers_and_subscribers_are_counted
             a_sample_wakes_its_subscriber
@@ -91,6 +92,7 @@ macro_rules! suite {
         $crate::suite!(@of values, $subject, values_reach_every_subscriber);
         $crate::suite!(@of calls, $subject,
             commands_and_queries_keep_their_order
+            commands_that_have_arrived_are_served_at_once
             each_client_gets_its_own_replies
             a_late_server_is_found
             a_client_survives_its_servers

@@ -100,6 +100,24 @@ pub fn a_sample_reaches_every_subscriber(subject: &dyn Subject) {
     });
 }
 
+/// In lockstep, a component acknowledges its tick when reliable subscribers have its samples.
+pub fn samples_that_have_arrived_are_received_at_once(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let topic = endpoint("default/Laser/scan");
+    let backend = network.join("subscriber");
+    let mut subscriber = backend.subscriber(&topic).expect("a subscriber");
+    let backend = network.join("publisher");
+    let mut publisher = backend.publisher(&topic).expect("a publisher");
+    network.meet(|| publisher.peers() == 1 && subscriber.peers() == 1);
+    for sequence in 1..=100 {
+        let sent = publisher.publish(header(sequence), b"beam");
+        sent.expect("to publish");
+        assert!(backend.have_arrived(LIMIT), "{sequence}");
+        let received = sequences(&receive_all(&mut *subscriber));
+        assert_eq!(received, [sequence]);
+    }
+}
+
 /// Four publishers in four components. The samples of each one keep their order.
 pub fn many_publishers_reach_one_subscriber_in_order(subject: &dyn Subject) {
     const EACH: u64 = 25;

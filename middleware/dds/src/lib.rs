@@ -90,6 +90,10 @@ impl Backend for Dds {
         self.0.mismatches()
     }
 
+    fn have_arrived(&self, limit: Duration) -> bool {
+        self.0.have_arrived(limit)
+    }
+
     fn linger(&self, limit: Duration) {
         self.0.linger(limit);
     }

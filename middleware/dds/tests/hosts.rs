@@ -136,6 +136,11 @@ impl Backend for Parted {
         self.0[0].open(|backend| backend.server(endpoint))
     }
 
+    fn have_arrived(&self, limit: Duration) -> bool {
+        let mut joined = self.0.iter().filter_map(|half| half.backend.get());
+        joined.all(|backend| backend.have_arrived(limit))
+    }
+
     fn linger(&self, limit: Duration) {
         let joined = self.0.iter().filter_map(|half| half.backend.get());
         joined.for_each(|backend| backend.linger(limit));

@@ -108,7 +108,7 @@ impl<'a> Opening<'a> {
             self.opening.failed(&error)
         })?;
         shared.writer.open(&writer);
-        self.session.add_writer(&writer);
+        self.session.add_writer(&shared);
         let watched: Arc<dyn WatchedEndpoint> = Arc::clone(&shared) as _;
         self.session.watch(&watched, &prepared.type_name);
         let port = WriterPort {

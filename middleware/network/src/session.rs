@@ -2,9 +2,10 @@
 
 use crate::configuration::Joining;
 use crate::entities::WatchedEndpoint;
+use crate::entities::WriterState;
 use crate::opener::{Opener, PeerLimits};
 use crate::watcher::{Discovered, ForwardDiscovery, Message, Watcher};
-use crate::{EndpointInfo, EndpointKind, EndpointState, report, udp};
+use crate::{EndpointInfo, EndpointKind, EndpointState, Peer, report, udp};
 use rc_ddsc::{Discovery, Domain, Event, Listener, Participant, Qos, Writer};
 use rc_middleware::{Environment, OpenError};
 use std::cell::{Cell, RefCell};
@@ -33,7 +34,7 @@ pub struct Session {
     pub(crate) messages: Sender<Message>,
     discovered: Arc<Discovered>,
     watcher: Option<JoinHandle<()>>,
-    writers: RefCell<Vec<Weak<Writer>>>,
+    writers: RefCell<Vec<Weak<WriterState>>>,
     /// Remaining time to close endpoints.
     pub(crate) patience: Cell<Duration>,
     /// Whether a thread has not let go of an endpoint in that time.
@@ -109,8 +110,8 @@ impl Session {
         self.discovered.endpoints_at(topic, self.guid())
     }
 
-    /// Adds a writer whose samples `linger` waits for.
-    pub(crate) fn add_writer(&self, writer: &Arc<Writer>) {
+    /// Adds a writer whose samples `have_arrived` and `linger` wait for.
+    pub(crate) fn add_writer(&self, writer: &Arc<WriterState>) {
         let mut writers = self.writers.borrow_mut();
         writers.retain(|writer| writer.strong_count() > 0);
         writers.push(Arc::downgrade(writer));
@@ -161,14 +162,41 @@ impl Session {
         self.discovered.mismatches()
     }
 
+    /// Whether the endpoints of components have all samples. Waits for that at most `limit`.
+    pub fn have_arrived(&self, limit: Duration) -> bool {
+        let begin = Instant::now();
+        self.writers().all(|shared| {
+            let guid = |peer: &Peer| (!peer.is_external()).then_some(peer.guid);
+            let mut readers = shared.state.usable(guid).into_iter();
+            readers.all(|reader| {
+                let left = limit.saturating_sub(begin.elapsed());
+                let waited = |writer: &Writer| writer.wait_for_acks_of(&reader, left);
+                // An endpoint that is closed has sent its last sample.
+                !matches!(shared.writer.with(waited), Some(Err(error)) if error.is_timeout())
+            })
+        })
+    }
+
     /// Waits until all samples have arrived, at most `limit`.
     pub fn linger(&self, limit: Duration) {
         let begin = Instant::now();
-        for writer in self.writers.borrow().iter().filter_map(Weak::upgrade) {
+        for shared in self.writers() {
+            let left = limit.saturating_sub(begin.elapsed());
             // A reader that does not confirm in time loses samples. The component ends, so the loss
             // cannot be reported.
-            let _ = writer.wait_for_acks(limit.saturating_sub(begin.elapsed()));
+            let _ = shared.writer.with(|writer| writer.wait_for_acks(left));
         }
+    }
+
+    /// The writers that are open.
+    fn writers(&self) -> impl Iterator<Item = Arc<WriterState>> {
+        let writers: Vec<_> = self
+            .writers
+            .borrow()
+            .iter()
+            .filter_map(Weak::upgrade)
+            .collect();
+        writers.into_iter()
     }
 }
 

@@ -144,6 +144,10 @@ impl Backend for Ros2 {
         self.node.session.mismatches()
     }
 
+    fn have_arrived(&self, limit: Duration) -> bool {
+        self.node.session.have_arrived(limit)
+    }
+
     fn linger(&self, limit: Duration) {
         self.node.session.linger(limit);
     }

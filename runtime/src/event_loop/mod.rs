@@ -85,6 +85,8 @@ pub(crate) struct EventLoop<'a> {
     rounds: usize,
     /// When this component began to hold tick 0 for its peers.
     waits_since: Option<Instant>,
+    /// When the messages of this turn were sent, while some have not arrived.
+    arriving_since: Option<Instant>,
 }
 
 impl<'a> EventLoop<'a> {
@@ -152,6 +154,7 @@ impl<'a> EventLoop<'a> {
             began: now,
             rounds: 0,
             waits_since: None,
+            arriving_since: None,
         })
     }
 

@@ -11,8 +11,11 @@ use std::time::{Duration, Instant};
 /// How often the ports are served, at most, before a turn ends: a sender that does not follow the
 /// network's time may send without pause.
 const ROUNDS_A_TURN: usize = 16;
-/// The longest time for which a component holds tick 0 until it has found its peers.
+/// The longest time for which a component holds tick 0 until it has found its peers, or a tick
+/// until they have its messages.
 const PEERS_LIMIT: Duration = Duration::from_secs(5);
+/// How long a turn waits at once for its messages to arrive, before it looks for commands.
+const ARRIVAL_WAIT: Duration = Duration::from_millis(20);
 
 /// A time by which the silence of topics is measured: the network's, or the time since the loop
 /// began.
@@ -173,7 +176,7 @@ impl EventLoop<'_> {
 
     /// Acknowledges a tick whose work is done, or sends the one that the worker has begun.
     pub(super) fn tell_time(&mut self, now: Instant) {
-        let is_held = self.role.has_turn() && self.holds_turn();
+        let is_held = self.role.has_turn() && (self.holds_turn() || !self.have_arrived(now));
         let ends = self.has_computed() && !is_held && self.may_begin(now);
         match &mut self.role {
             TimeRole::System => {}
@@ -196,6 +199,24 @@ impl EventLoop<'_> {
                     .store(source.tick(), Ordering::Relaxed);
             }
         }
+    }
+
+    /// Whether the messages of this turn have arrived. Otherwise their speed, and that of the
+    /// acknowledgement, would decide in which tick their receivers handle them.
+    fn have_arrived(&mut self, now: Instant) -> bool {
+        if !self.has_computed() || self.connections.have_arrived(ARRIVAL_WAIT) {
+            self.arriving_since = None;
+            return true;
+        }
+        let since = *self.arriving_since.get_or_insert(now);
+        let is_late = now.saturating_duration_since(since) >= PEERS_LIMIT;
+        if is_late {
+            self.arriving_since = None;
+            tracing::warn!(
+                "messages of this tick have not arrived after {PEERS_LIMIT:?}; this run may not repeat exactly"
+            );
+        }
+        is_late
     }
 
     /// Whether a follower may acknowledge its tick, or a source in lockstep begin the next one. Each

@@ -12,5 +12,6 @@ mod parameters;
 mod process;
 mod settings;
 mod time;
+mod time_late;
 mod time_peers;
 mod wake;

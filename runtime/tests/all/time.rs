@@ -56,7 +56,7 @@ static SOURCE: Description = Description {
 };
 
 /// Publishes a number in each `compute()`, and hears the numbers of all.
-static FOLLOWER: Description = Description {
+pub(super) const FOLLOWER: Description = Description {
     name: "follower",
     period: Duration::from_millis(20),
     slots: &[
@@ -253,8 +253,13 @@ pub(super) fn source(network: &str, name: &str, more: &[&str]) -> Embedded {
 }
 
 pub(super) fn follower(network: &str, name: &str) -> Embedded {
+    follower_of(&FOLLOWER, network, name)
+}
+
+/// A follower over the middleware of a description.
+pub(super) fn follower_of(of: &'static Description, network: &str, name: &str) -> Embedded {
     let args = ["--network", network, "--name", name, "--clock", "simulated"];
-    embed(&FOLLOWER, Follower::start, &args).expect("a follower")
+    embed(of, Follower::start, &args).expect("a follower")
 }
 
 pub(super) fn end(components: impl IntoIterator<Item = Embedded>) {

@@ -29,6 +29,9 @@
 #include "dds__entity.h"
 #include "dds__guid.h"
 #include "dds__writer.h"
+#include "ddsi__endpoint.h"
+#include "ddsi__hbcontrol.h"
+#include "ddsi__xevent.h"
 #include "ddsi__xmsg.h"
 
 /* ---- Samples ---- */
@@ -751,21 +754,51 @@ int32_t rc_is_unique (const struct ddsi_serdata *data)
   return is_unique;
 }
 
+/* Asks the readers of a writer to confirm what was sent. By itself the library asks them with its next heartbeat, which may be 100 ms
+ * away: it sends one with a sample only after a pause. */
+static void ask_for_acks (struct ddsi_writer *wr)
+{
+  struct ddsi_domaingv *gv = wr->e.gv;
+  if (!wr->reliable)
+    return;
+  ddsi_thread_state_awake (ddsi_lookup_thread_state (), gv);
+  ddsrt_mutex_lock (&wr->e.lock);
+  struct ddsi_whc_state state;
+  ddsi_whc_get_state (wr->whc, &state);
+  if (ddsi_writer_must_have_hb_scheduled (wr, &state)) {
+    struct ddsi_xmsg *heartbeat =
+      ddsi_writer_hbcontrol_create_heartbeat (wr, &state, ddsrt_time_monotonic (), DDSI_HBC_ACK_REQ_YES_AND_FLUSH, 1);
+    if (heartbeat != NULL)
+      ddsi_qxev_msg (wr->evq, heartbeat);
+  }
+  ddsrt_mutex_unlock (&wr->e.lock);
+  ddsi_thread_state_asleep (ddsi_lookup_thread_state ());
+}
+
 /* `reader`: the only one that is waited for, or NULL for all. */
 int32_t rc_wait_for_acks (int32_t writer, int64_t nanoseconds, const uint8_t *reader)
 {
-  if (reader == NULL)
-    return dds_wait_for_acks (writer, nanoseconds);
-  dds_guid_t found;
-  memcpy (found.v, reader, sizeof (found.v));
-  ddsi_guid_t guid = dds_guid_to_ddsi_guid (found);
+  ddsi_guid_t guid;
+  if (reader != NULL) {
+    dds_guid_t found;
+    memcpy (found.v, reader, sizeof (found.v));
+    guid = dds_guid_to_ddsi_guid (found);
+  }
   dds_entity *e;
   dds_return_t rc = dds_entity_pin (writer, &e);
   if (rc != DDS_RETCODE_OK)
     return rc;
   rc = DDS_RETCODE_ILLEGAL_OPERATION;
-  if (dds_entity_kind (e) == DDS_KIND_WRITER)
-    rc = dds__ddsi_writer_wait_for_acks ((struct dds_writer *) e, &guid, ddsrt_mtime_add_duration (ddsrt_time_monotonic (), nanoseconds));
+  if (dds_entity_kind (e) == DDS_KIND_WRITER) {
+    struct dds_writer *wr = (struct dds_writer *) e;
+    ddsi_guid_t *const of = reader == NULL ? NULL : &guid;
+    const ddsrt_mtime_t begin = ddsrt_time_monotonic ();
+    rc = dds__ddsi_writer_wait_for_acks (wr, of, begin);
+    if (rc == DDS_RETCODE_TIMEOUT) {
+      ask_for_acks (wr->m_wr);
+      rc = dds__ddsi_writer_wait_for_acks (wr, of, ddsrt_mtime_add_duration (begin, nanoseconds));
+    }
+  }
   dds_entity_unpin (e);
   return rc;
 }
