@@ -6,6 +6,7 @@
 //! useless, and tries again at growing intervals. A poll is useless if no message comes, or if one
 //! comes while this end is off its processor, which a far longer pause between two looks shows.
 
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 /// The doubt that a poll without use adds.
@@ -123,6 +124,58 @@ impl Spin {
         if self.poll.take().is_some() {
             self.was_useless();
         }
+    }
+
+    /// Calls `look` without sleeping, for the time that this end polls and at most for `limit`,
+    /// until it gives a result. `look` sets the time at which it has found a message; a result
+    /// without one says nothing about the use of polling.
+    ///
+    /// ```
+    /// use rc_middleware::Spin;
+    /// use std::cell::Cell;
+    /// use std::time::{Duration, Instant};
+    ///
+    /// let spin = Cell::new(Spin::new(Duration::from_secs(1)));
+    /// let mut looks = 0;
+    /// let found = Spin::poll(&spin, Duration::MAX, |found| {
+    ///     looks += 1;
+    ///     (looks == 3).then(|| *found = Some(Instant::now()))
+    /// });
+    /// assert_eq!((found, looks), (Some(()), 3));
+    /// ```
+    pub fn poll<T>(
+        end: &Cell<Self>,
+        limit: Duration,
+        mut look: impl FnMut(&mut Option<Instant>) -> Option<T>,
+    ) -> Option<T> {
+        let mut spin = end.get();
+        let begin = Instant::now();
+        let own = spin.begin(begin);
+        // A poll that something else ends says nothing.
+        end.set(spin);
+        let limit = limit.min(own);
+        while !limit.is_zero() {
+            let mut found = None;
+            let result = look(&mut found);
+            if result.is_some() {
+                if let Some(found) = found {
+                    spin.came(found);
+                    end.set(spin);
+                }
+                return result;
+            }
+            let now = Instant::now();
+            if now.saturating_duration_since(begin) >= limit {
+                break;
+            }
+            spin.looked(now);
+            std::hint::spin_loop();
+        }
+        if limit == own {
+            spin.in_vain();
+            end.set(spin);
+        }
+        None
     }
 
     fn was_useless(&mut self) {

@@ -83,7 +83,7 @@ pub(crate) struct SharedClient {
     server_notifier: Notifier,
     /// The process of the last known server.
     server_process: RefCell<Option<ProcessMonitor>>,
-    /// Start of the last call, if the server has replied to it.
+    /// The server was alive at this time, or later; `None` if the last call has no reply.
     last_reply: Cell<Option<Instant>>,
     command: PendingCommand,
     spin: Cell<Spin>,
@@ -119,6 +119,21 @@ impl SharedClient {
             self.last_reply.set(None);
         }
         live
+    }
+
+    /// Fails if no live server is registered. One that has just replied is not asked for.
+    fn find_server(&self, now: Instant) -> Result<(), CallError> {
+        let last_reply = self.last_reply.take();
+        let has_replied =
+            last_reply.is_some_and(|at| now.saturating_duration_since(at) < RECENT_REPLY);
+        // The registered server is the one that replied, not a successor.
+        let known = self.known_server();
+        let is_there = has_replied && self.registered().map(|(server, _)| server) == known;
+        if is_there || self.has_server() {
+            Ok(())
+        } else {
+            Err(CallError::NoServer(self.address.clone()))
+        }
     }
 
     fn finds_server(&self) -> bool {
@@ -210,35 +225,15 @@ impl SharedClient {
         take: &mut dyn FnMut(Header, &[u8]),
         limit: Duration,
     ) -> Result<bool, CallError> {
-        let mut spin = self.spin.get();
-        let begin = Instant::now();
-        let own = spin.begin(begin);
-        // A poll that something else ends says nothing.
-        self.spin.set(spin);
-        let limit = limit.min(own);
-        while !limit.is_zero() && !self.session.environment.wake_event.is_stopping() {
-            let mut found = None;
+        let is_stopping = || self.session.environment.wake_event.is_stopping();
+        let polled = Spin::poll(&self.spin, limit, |found| {
             let came = self.take(pending, &mut |header, body| {
-                found = Some(Instant::now());
+                *found = Some(Instant::now());
                 take(header, body);
-            })?;
-            let now = found.unwrap_or_else(Instant::now);
-            if came {
-                spin.came(now);
-                self.spin.set(spin);
-                return Ok(true);
-            }
-            if now.saturating_duration_since(begin) >= limit {
-                break;
-            }
-            spin.looked(now);
-            std::hint::spin_loop();
-        }
-        if limit == own {
-            spin.in_vain();
-            self.spin.set(spin);
-        }
-        Ok(false)
+            });
+            (is_stopping() || !matches!(came, Ok(false))).then_some(came)
+        });
+        polled.unwrap_or(Ok(false))
     }
 
     /// Whether the server that got the request, `asked`, is dead or no longer registered.
@@ -267,6 +262,14 @@ impl SharedClient {
 
     /// The state of a started call. If its reply has arrived, `take` gets it.
     fn look(&self, asked: &SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> StartedState {
+        match self.take(&asked.pending, take) {
+            Ok(true) => {
+                self.last_reply.set(Some(Instant::now()));
+                return StartedState::Ended(Ok(()));
+            }
+            Err(error) => return StartedState::Ended(Err(error)),
+            Ok(false) => {}
+        }
         // The server's state is read before the queue, so that no reply is missed.
         let gone = self.is_gone(asked.server);
         let dropped = !asked.pending.is_connected();
@@ -326,16 +329,7 @@ impl Client for SharedClient {
         if stopping() {
             return Err(CallError::Stopping);
         }
-        let last_reply = self.last_reply.take();
-        let recently_replied =
-            last_reply.is_some_and(|at| start.saturating_duration_since(at) < RECENT_REPLY);
-        // The registered server is the one that replied, not a successor.
-        let known = self.known_server();
-        let recently_replied =
-            recently_replied && self.registered().map(|(server, _)| server) == known;
-        if !recently_replied && !self.has_server() {
-            return Err(CallError::NoServer(self.address.clone()));
-        }
+        self.find_server(start)?;
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let asked = self.known_server();
         if self.spin(&pending, take, limit)? {
@@ -398,9 +392,7 @@ impl Client for SharedClient {
             return Err(CallError::Stopping);
         }
         self.started.check_room()?;
-        if !self.has_server() {
-            return Err(CallError::NoServer(self.address.clone()));
-        }
+        self.find_server(start)?;
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let server = self.known_server();
         let asked = SentRequest { pending, server };
@@ -416,7 +408,9 @@ impl Client for SharedClient {
             return None;
         }
         let notified = self.wait_set.sleep(Duration::ZERO);
-        self.listener.acknowledge(notified);
+        if notified {
+            self.listener.acknowledge(true);
+        }
         let mut started = std::mem::take(&mut self.started);
         let is_stopping = self.session.environment.wake_event.is_stopping();
         let look = |sequence, asked: &mut SentRequest| {
@@ -424,6 +418,10 @@ impl Client for SharedClient {
         };
         let ended = started.next(&self.address, is_stopping, look);
         self.started = started;
+        if ended.is_some() && !notified {
+            // The notification of this reply may be swallowed, with all that follow.
+            self.listener.acknowledge(false);
+        }
         ended.map(|(sequence, _, result)| (sequence, result))
     }
 

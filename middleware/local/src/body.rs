@@ -55,7 +55,8 @@ impl Pool {
                 fits
             })
         };
-        match self.0.iter_mut().position(fits) {
+        // The one that was kept last is still in the processor's cache.
+        match self.0.iter_mut().rposition(fits) {
             Some(at) => Some(self.0.swap_remove(at)),
             None => Body::new(length).map(Arc::new),
         }

@@ -8,8 +8,9 @@ use rc_middleware::request_body::{RequestBody, buffer};
 use rc_middleware::started::{Awaiting, StartedCalls, StartedState};
 use rc_middleware::{
     CallError, Client, Endpoint, Environment, Header, Message, OpenError, QueueGauge, ReceiveError,
-    Reply, Server, SharedValue, WakeEvent, wait,
+    Reply, Server, SharedValue, Spin, WakeEvent, wait,
 };
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::{Arc, LazyLock, Mutex};
@@ -17,6 +18,9 @@ use std::time::{Duration, Instant};
 
 /// Longest wait before a client looks for a stop: another thread may have cleared the wake event.
 const CYCLE: Duration = Duration::from_millis(50);
+
+/// How long a client polls at least: a thread of this process replies in less than a wake-up takes.
+const POLL: Duration = Duration::from_micros(30);
 
 static CALLS: LazyLock<Mutex<Table<State>>> = LazyLock::new(Mutex::default);
 
@@ -93,6 +97,7 @@ pub(crate) fn client(
         state,
         port,
         signal,
+        spin: Cell::new(Spin::new(endpoint.qos.spin.max(POLL))),
         started: StartedCalls::default(),
     })
 }
@@ -135,6 +140,7 @@ pub(crate) struct LocalClient {
     state: Arc<Mutex<State>>,
     port: u64,
     signal: WakeEvent,
+    spin: Cell<Spin>,
     started: StartedCalls<SentRequest>,
 }
 
@@ -275,6 +281,17 @@ impl Client for LocalClient {
             return Err(CallError::Stopping);
         }
         let asked = self.ask(header, request)?;
+        let polled = Spin::poll(&self.spin, limit, |found| {
+            let result = self.result(&asked, &mut |header, message| {
+                *found = Some(Instant::now());
+                take(header, message);
+            });
+            let is_stopping = self.wake_event.is_stopping();
+            (is_stopping || result.is_some()).then_some(result)
+        });
+        if let Some(Some(result)) = polled {
+            return result;
+        }
         let mut interrupted = false;
         loop {
             self.signal.clear();

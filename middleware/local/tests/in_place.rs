@@ -147,6 +147,6 @@ fn an_image_for_three_subscribers_takes_no_new_memory() {
     // Queues have their room, and the publisher its memory, after the first image.
     let first = exchange();
     let used = allocation_counter::measure(|| assert_eq!(exchange(), first));
-    // What lends the memory, and what reads it.
+    // The sender that lends the memory, and its reader.
     assert!(used.bytes_total < 1024, "{used:?}");
 }

@@ -171,19 +171,21 @@ impl Caller {
     ) -> Result<(), CallError> {
         let address = || self.address.clone();
         let mut interrupted = false;
-        let mut spin = self.spin.get();
-        let begin = Instant::now();
-        let mut polls = Some(spin.begin(begin)).filter(|time| !time.is_zero());
-        // A poll that something else ends says nothing.
-        self.spin.set(spin);
+        let polled = Spin::poll(&self.spin, limit, |found| {
+            let CallState { has_server, reply } = state();
+            if reply.is_some() {
+                *found = Some(Instant::now());
+            }
+            let is_over = reply.is_some() || !has_server || self.wake_event.is_stopping();
+            is_over.then_some(reply)
+        });
+        if let Some(Some(result)) = polled {
+            return result;
+        }
         loop {
             self.signal.clear();
             let CallState { has_server, reply } = state();
             if let Some(result) = reply {
-                if polls.is_some() {
-                    spin.came(Instant::now());
-                    self.spin.set(spin);
-                }
                 return result;
             }
             if !has_server {
@@ -194,21 +196,10 @@ impl Caller {
             if self.wake_event.is_stopping() {
                 return Err(CallError::Stopping);
             }
-            let now = Instant::now();
-            let elapsed = now.saturating_duration_since(start);
+            let elapsed = start.elapsed();
             if elapsed >= limit {
                 let address = address();
                 return Err(CallError::Deadline { address, limit });
-            }
-            if let Some(time) = polls {
-                if now.saturating_duration_since(begin) < time {
-                    spin.looked(now);
-                    std::hint::spin_loop();
-                    continue;
-                }
-                polls = None;
-                spin.in_vain();
-                self.spin.set(spin);
             }
             // The wake event stays readable for its owner: this call does not wait for it twice.
             let descriptors = [self.signal.as_fd(), self.wake_event.as_fd()];

@@ -120,16 +120,19 @@ impl<'d> Caller<'d> {
         Some(end)
     }
 
-    /// Waits until a call ends, at most for this time, and forwards its reply.
+    /// Waits until a call ends, at most for this time, and forwards its reply. It waits before it
+    /// looks: a server that was woken on this processor has not run yet.
     pub(crate) fn end_within(&mut self, most: Duration) -> Option<CallEnd> {
         let begin = Instant::now();
         loop {
+            let left = most.saturating_sub(begin.elapsed());
+            let Some(awaiting) = self.awaiting().filter(|_| !left.is_zero()) else {
+                return self.end();
+            };
+            wait(&[awaiting.descriptor], left);
             if let Some(end) = self.end() {
                 return Some(end);
             }
-            let left = most.saturating_sub(begin.elapsed());
-            let awaiting = self.awaiting().filter(|_| !left.is_zero())?;
-            wait(&[awaiting.descriptor], left);
         }
     }
 
