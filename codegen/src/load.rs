@@ -140,7 +140,7 @@ pub struct FileLoader {
     workspaces: RefCell<Workspaces>,
 }
 
-/// What the workspaces of importing files add: finding a workspace reads several manifests.
+/// Additions by the workspaces of importing files: finding a workspace reads several manifests.
 #[derive(Clone, Debug, Default)]
 struct Workspaces {
     /// The folders of files, each with those that its workspace adds.

@@ -82,7 +82,7 @@ fn section(page: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// What the component is: a name and a value in each row.
+/// Properties of the component: a name and a value in each row.
 fn properties(component: &Component, language: &str) -> Vec<[String; 2]> {
     let yes = |is: bool| is.then(|| "yes".to_owned());
     let words = |all: Vec<&str>| all.join(", ");
@@ -217,7 +217,7 @@ fn slot_page<'a>(slot: &'a Slot, interface: &'a Interface) -> SlotPage<'a> {
     }
 }
 
-/// What handlers get together, a line for each of them.
+/// Collections of samples, a line for each handler.
 fn collects(component: &Component) -> Vec<String> {
     let all = component.collects.iter();
     all.map(|collect| {

@@ -172,7 +172,7 @@ pub fn of(
     Ok((Some(missing), found))
 }
 
-/// What a worker lacks, in any language.
+/// Missing parts of a worker, in any language.
 pub struct Lacking {
     /// The text to paste; empty if nothing is missing.
     pub text: String,
@@ -196,7 +196,7 @@ pub enum Stubs {
     NamedByCompiler(&'static str),
 }
 
-/// What a worker in Rust lacks.
+/// Finds the missing parts of a worker in Rust.
 ///
 /// # Errors
 /// As [`of`].

@@ -31,7 +31,7 @@ pub(crate) struct Component<'a> {
 /// A slot that sends, or whose values are kept.
 #[derive(Debug, Serialize)]
 struct Slot {
-    /// What a comment says of it.
+    /// Text of its comment.
     doc: String,
     index: usize,
     /// The class of its client or publisher, or of the values that it keeps, with its namespace.
@@ -51,8 +51,8 @@ struct Handler {
     /// `<E1, E2>`, the exceptions that it may throw.
     throws: String,
     doc: Vec<String>,
-    /// A body for a new worker.
-    is_void: bool,
+    /// The statements of a new worker.
+    body: &'static [&'static str],
 }
 
 /// The handler of a collection.
@@ -139,7 +139,10 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
                 slot,
                 operation,
                 name: names::handler(&of.name, &described.name),
-                is_void: result == "void",
+                body: match result.as_str() {
+                    "void" => &[],
+                    _ => &["return {};"],
+                },
                 result,
                 parameters,
                 throws: library::exceptions(described),

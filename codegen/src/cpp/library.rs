@@ -45,6 +45,8 @@ struct TypeDecl {
     kind: &'static str,
     enumerators: Vec<Enumerator>,
     members: Vec<Field>,
+    /// The macro that names the members.
+    declaration: String,
     target: String,
     /// The hash of an exception.
     id: i32,
@@ -87,6 +89,8 @@ struct Operation {
     arguments: String,
     /// `a, b`
     forwarded: String,
+    /// Whether RoboComp's form is another function than the modern one.
+    has_own_form: bool,
     /// RoboComp's form: its return type, its parameters, its body.
     result: String,
     parameters: String,
@@ -209,6 +213,7 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
         kind: "",
         enumerators: Vec::new(),
         members: Vec::new(),
+        declaration: String::new(),
         target: String::new(),
         id: view::rpc_hash::of(&decl.name),
     };
@@ -238,7 +243,17 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
             out.target = types::of(target);
         }
     }
+    out.declaration = declaration(&out);
     out
+}
+
+fn declaration(of: &TypeDecl) -> String {
+    if of.members.is_empty() {
+        return format!("RC_EMPTY_STRUCT({})", of.name);
+    }
+    let members = of.members.iter().map(|member| member.name.as_str());
+    let all: Vec<&str> = std::iter::once(of.name.as_str()).chain(members).collect();
+    format!("RC_STRUCT({})", all.join(", "))
 }
 
 fn field(view: &view::Component, member: &Member) -> Field {
@@ -361,12 +376,14 @@ fn operation(index: usize, of: &library::Operation) -> Operation {
         .map(|thrown| types::of(&thrown.ty))
         .collect::<Vec<_>>();
     let is_set = of.two_way && of.inputs.is_empty() && reply != "void";
+    let (name, parameters) = (names::own(&of.name), parameters.join(", "));
     Operation {
+        has_own_form: name != snake || parameters != inputs,
         sample: sample(of),
         set: if is_set { reply.clone() } else { String::new() },
         setter: format!("set_{}", crate::collisions::bare(&snake)),
         index,
-        name: names::own(&of.name),
+        name,
         doc: documentation::of_operation(of, names::own),
         arguments: of
             .inputs
@@ -376,7 +393,7 @@ fn operation(index: usize, of: &library::Operation) -> Operation {
         forwarded,
         inputs,
         result,
-        parameters: parameters.join(", "),
+        parameters,
         body,
         throws: if throws.is_empty() {
             String::new()

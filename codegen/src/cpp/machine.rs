@@ -11,6 +11,8 @@ pub(crate) struct Machine<'a> {
     name: &'a str,
     doc: &'a [String],
     states: Vec<State<'a>>,
+    /// The `during` functions that a new worker has: an end state is entered only.
+    durings: Vec<During<'a>>,
     events: Vec<Event<'a>>,
     guards: Vec<Numbered>,
     actions: Vec<Numbered>,
@@ -24,8 +26,12 @@ struct State<'a> {
     number: u16,
     /// The last part of the names of its functions.
     suffix: String,
-    /// Whether it has functions: an end state is entered only.
-    is_end: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct During<'a> {
+    path: &'a str,
+    suffix: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -56,13 +62,18 @@ pub(crate) fn of(view: &view::Machine) -> Machine<'_> {
         name: names::camel(&state.name),
         number: state.number,
         suffix: description::state_suffix(&state.name),
-        is_end: state.is_end,
+    });
+    let durings = view.states.iter().filter(|state| !state.is_end);
+    let durings = durings.map(|state| During {
+        path: &state.path,
+        suffix: description::state_suffix(&state.name),
     });
     let events = view.events.iter().enumerate();
     Machine {
         name: &view.name,
         doc: &view.doc,
         states: states.collect(),
+        durings: durings.collect(),
         events: events
             .map(|(number, event)| Event {
                 smdsl: event,

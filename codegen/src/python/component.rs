@@ -53,7 +53,7 @@ const OWN: [&str; 27] = [
     "types",
 ];
 
-/// The same for packages of components whose values have ages.
+/// Additions for packages of components whose values have ages.
 const OF_AGES: [&str; 5] = ["Fresh", "Freshness", "Made", "NoValue", "Stale"];
 
 /// A component as its templates see it.

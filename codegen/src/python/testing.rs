@@ -15,6 +15,8 @@ pub(crate) struct Testing {
     fakes: Vec<Fake>,
     calls: bool,
     publishes: bool,
+    /// Calls that let each fake server answer with default values.
+    answers: Vec<String>,
     imports: Imports,
 }
 
@@ -22,13 +24,16 @@ pub(crate) struct Testing {
 #[derive(Debug, Serialize)]
 struct Fake {
     index: usize,
-    slot: String,
     field: String,
     interface: String,
     calls: bool,
     is_array: bool,
     /// The class of a fake server; empty for a subscriber.
     class: String,
+    /// Its slot, or a member of it, for the comment of the class.
+    served: String,
+    /// The expression that makes the fake.
+    new: String,
     operations: Vec<Answered>,
 }
 
@@ -74,7 +79,19 @@ pub(crate) fn of(view: &view::Component, of: &Types) -> Testing {
     imports.sort();
     imports.insert(0, "from . import COMPONENT".to_owned());
     let words = [("_abc.", !texts.is_empty()), ("_testing.", true)];
+    let servers = fakes.iter().filter(|fake| fake.calls);
+    let answers = servers.map(|fake| {
+        if fake.is_array {
+            format!(
+                "self.{}.each(lambda server: server.answer_defaults())",
+                fake.field
+            )
+        } else {
+            format!("self.{}.answer_defaults()", fake.field)
+        }
+    });
     Testing {
+        answers: answers.collect(),
         calls: fakes.iter().any(|fake| fake.calls),
         publishes: fakes.iter().any(|fake| !fake.calls),
         imports: Imports::of(&texts, &words, imports),
@@ -89,14 +106,32 @@ fn fake(view: &view::Component, index: usize, slot: &view::Slot, of: &Types) -> 
     let operations = operations.map_or(&[][..], |interface| &interface.operations);
     let operations = operations.iter().enumerate();
     let class = format!("{}Fake", names::class(&slot.name));
+    let class = if calls { class } else { String::new() };
+    let made = if calls {
+        &class
+    } else {
+        "_testing.FakeSubscriber"
+    };
+    let (served, new) = if slot.is_array {
+        (
+            format!("a member of `{}`", slot.name),
+            format!("_testing.FakeArray(self.link, {index}, {made})"),
+        )
+    } else {
+        (
+            format!("`{}`", slot.name),
+            format!("{made}(self.link, {index})"),
+        )
+    };
     Fake {
+        served,
+        new,
         index,
-        slot: slot.name.clone(),
         field: names::snake(&slot.name),
         interface: slot.interface.clone(),
         calls,
         is_array: slot.is_array,
-        class: if calls { class } else { String::new() },
+        class,
         operations: operations
             .map(|(at, operation)| answered(at, operation, &stem, of))
             .collect(),

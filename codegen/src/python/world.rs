@@ -65,13 +65,13 @@ struct Handler {
     signature: String,
 }
 
-/// What Python adds to a type of nodes or edges.
+/// Additions of Python to a type of nodes or edges.
 #[derive(Debug, Serialize)]
 struct Documentation {
     doc: String,
 }
 
-/// What Python adds to an attribute: the type of its value, and of what sets it.
+/// Additions of Python to an attribute: the type of its value, and that of its setter.
 #[derive(Clone, Debug, Serialize)]
 struct Attribute {
     ty: &'static str,

@@ -8,10 +8,10 @@ use super::world;
 use crate::view;
 use serde::Serialize;
 
-/// What `adapter.rs.tera` prints.
+/// Data of `adapter.rs.tera`.
 #[derive(Debug, Serialize)]
 pub(super) struct Adapter {
-    /// What the worker serves, for the first line.
+    /// Slots that the worker serves, for the first line.
     served: &'static str,
     imports: Vec<&'static str>,
     /// Bounds of the worker: all of them, and without the traits that serve slots.

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 /// The trait that handles what is collected.
 pub(super) const TRAIT: &str = "Collecting";
 
-/// What the module has.
+/// Data of the module.
 #[derive(Debug, Serialize)]
 pub(crate) struct Freshness {
     kept: Vec<Values>,
@@ -45,11 +45,11 @@ struct Value {
     ty: String,
     /// The function that reads or writes it.
     read: String,
-    /// What makes a value of the tuple that was read.
+    /// Expression that makes a value of the read tuple.
     unwrapped: &'static str,
 }
 
-/// What one handler gets together.
+/// Samples that one handler gets together.
 #[derive(Debug, Serialize)]
 struct Collect {
     method: String,
@@ -74,7 +74,7 @@ impl Freshness {
         all.map(|slot| slot.ty.as_str()).collect()
     }
 
-    /// What the tables of the worker have: descriptions, and handlers.
+    /// Entries for the tables of the worker: descriptions, and handlers.
     pub(super) fn tables(&self) -> Vec<(String, String)> {
         let all = self.collects.iter();
         let all = all.map(|of| {

@@ -21,6 +21,7 @@ struct Struct {
     name: String,
     doc: Vec<String>,
     fields: Vec<Field>,
+    derives: &'static [&'static str],
     /// Whether a field is never shown.
     hides: bool,
 }
@@ -32,15 +33,10 @@ struct Field {
     name: String,
     doc: Vec<String>,
     ty: String,
-    /// The structure of a group, and of the elements of a list; else empty.
-    group: String,
-    list: bool,
-    array: bool,
-    /// The function that reads the value.
-    read: &'static str,
-    /// The type that the value is converted to; else empty.
-    cast: &'static str,
-    secret: bool,
+    /// The expression that reads the value from `values`.
+    read: String,
+    /// The expression whose value `Debug` shows.
+    shown: String,
 }
 
 pub(crate) fn of(parameters: &view::Parameters) -> Parameters {
@@ -70,11 +66,17 @@ struct Structs {
 impl Structs {
     fn add(&mut self, name: String, doc: Vec<String>, parameters: &[view::Parameter]) {
         let fields = parameters.iter().map(|p| self.field(&name, p)).collect();
+        let hides = parameters.iter().any(|p| p.secret);
         self.done.push(Struct {
             name,
             doc,
             fields,
-            hides: parameters.iter().any(|p| p.secret),
+            derives: if hides {
+                &["Clone", "PartialEq"]
+            } else {
+                &["Clone", "Debug", "PartialEq"]
+            },
+            hides,
         });
     }
 
@@ -101,11 +103,28 @@ impl Structs {
             ValueKind::Values(Type::Path) => ("std::path::PathBuf", "path", ""),
             ValueKind::Group | ValueKind::List => (group.as_str(), "", ""),
         };
-        let list = parameter.kind == ValueKind::List;
-        let ty = if parameter.array || list {
+        let read = match (parameter.kind, parameter.array, cast) {
+            (ValueKind::List, ..) => {
+                format!("values.list({key:?}).iter().map({group}::from_values).collect()")
+            }
+            (ValueKind::Group, ..) => format!("{group}::from_values(values.group({key:?}))"),
+            (_, true, "") => format!("values.{read}s({key:?})"),
+            (_, true, cast) => {
+                format!("values.{read}s({key:?}).iter().map(|v| *v as {cast}).collect()")
+            }
+            (_, false, "") => format!("values.{read}({key:?})"),
+            (_, false, cast) => format!("values.{read}({key:?}) as {cast}"),
+        };
+        let ty = if parameter.array || parameter.kind == ValueKind::List {
             format!("Vec<{ty}>")
         } else {
             ty.to_owned()
+        };
+        let name = names::snake(key);
+        let shown = if parameter.secret {
+            r#"&"***""#.to_owned()
+        } else {
+            format!("&self.{name}")
         };
         let mut doc = parameter.doc.clone();
         if !doc.is_empty() {
@@ -114,15 +133,11 @@ impl Structs {
         doc.push(format!("Allowed: {}.", parameter.allowed));
         Field {
             key: key.clone(),
-            name: names::snake(key),
+            name,
             doc,
             ty,
-            group,
-            list,
-            array: parameter.array,
             read,
-            cast,
-            secret: parameter.secret,
+            shown,
         }
     }
 }

@@ -74,13 +74,13 @@ struct File {
     text: String,
 }
 
-/// What Rust adds to a type of nodes or edges.
+/// Additions of Rust to a type of nodes or edges.
 #[derive(Debug, Serialize)]
 struct Documentation<'a> {
     doc: &'a [String],
 }
 
-/// What Rust adds to an attribute.
+/// Additions of Rust to an attribute.
 #[derive(Clone, Debug, Serialize)]
 struct Attribute<'a> {
     doc: &'a [String],

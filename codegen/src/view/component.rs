@@ -56,7 +56,7 @@ pub struct Component {
     pub ros_types: Vec<String>,
     /// The modules that the imports reach, each after those that it imports.
     pub modules: Vec<Module>,
-    /// What the values of its types mean: the data prototypes that it imports.
+    /// Meanings of the values of its types: the data prototypes that it imports.
     #[serde(skip_serializing_if = "is_empty", serialize_with = "of_arc")]
     pub prototypes: Arc<Prototypes>,
     /// The parameters, if the component has some.
@@ -124,7 +124,7 @@ impl Kinematics {
 /// Topics whose samples one handler gets together.
 #[derive(Debug, Serialize)]
 pub struct Collect {
-    /// What the worker calls it.
+    /// Its name in the worker.
     pub name: String,
     /// The topics.
     pub topics: Vec<CollectedTopic>,
