@@ -51,29 +51,51 @@ impl Follower {
     /// Opens a log at its end. Returns at most `count` of its last lines.
     pub fn at_last_lines(path: &Path, count: usize) -> io::Result<(Vec<String>, Self)> {
         let mut follower = Self::open(path)?;
-        let length = follower.file.metadata()?.len();
-        let mut skipped = length.saturating_sub(TAIL);
-        follower.position = follower.file.seek(SeekFrom::Start(skipped))?;
-        if skipped == 0
-            && let Some((header, mut file)) = Header::of(path)
-        {
-            let begin = file.metadata()?.len().saturating_sub(TAIL - length);
-            let begin = file.seek(SeekFrom::Start(begin.max(header.length)))?;
-            skipped = begin - header.length + header.left_out;
-            follower.older = Some(file);
-        }
+        let skipped = follower.begin(TAIL)?;
         let mut lines = Vec::new();
-        while follower.older.is_some() || follower.position < length {
-            let (before, more) = (follower.position, follower.older.is_some());
-            lines.extend(follower.read().0);
-            if follower.position == before && !more {
-                break;
-            }
-        }
-        lines.extend(follower.finish());
+        follower.read_whole(&mut |line| lines.push(line))?;
         // If something was skipped, the first line is incomplete.
         let first = usize::from(skipped > 0).max(lines.len().saturating_sub(count));
         Ok((lines.split_off(first.min(lines.len())), follower))
+    }
+
+    /// Opens a log at its end, after `each` has seen all its lines.
+    pub(crate) fn after_all_lines(path: &Path, each: &mut dyn FnMut(String)) -> io::Result<Self> {
+        let mut follower = Self::open(path)?;
+        follower.begin(u64::MAX)?;
+        follower.read_whole(each)?;
+        Ok(follower)
+    }
+
+    /// Goes back so far that at most `most` bytes of both parts follow. Returns how many bytes
+    /// precede them.
+    fn begin(&mut self, most: u64) -> io::Result<u64> {
+        let length = self.file.metadata()?.len();
+        let mut skipped = length.saturating_sub(most);
+        self.position = self.file.seek(SeekFrom::Start(skipped))?;
+        if skipped == 0
+            && let Some((header, mut file)) = Header::of(&self.path)
+        {
+            let begin = file.metadata()?.len().saturating_sub(most - length);
+            let begin = file.seek(SeekFrom::Start(begin.max(header.length)))?;
+            skipped = begin - header.length + header.left_out;
+            self.older = Some(file);
+        }
+        Ok(skipped)
+    }
+
+    /// Reads what the log has now, up to its last byte.
+    fn read_whole(&mut self, each: &mut dyn FnMut(String)) -> io::Result<()> {
+        let length = self.file.metadata()?.len();
+        while self.older.is_some() || self.position < length {
+            let (before, more) = (self.position, self.older.is_some());
+            self.read().0.into_iter().for_each(&mut *each);
+            if self.position == before && !more {
+                break;
+            }
+        }
+        self.finish().into_iter().for_each(each);
+        Ok(())
     }
 
     /// Reads new lines. Returns whether more can be read at once.

@@ -5,12 +5,13 @@ use crate::connection;
 use crate::error::{Error, ErrorContext, print_error, with_owner};
 use crate::follower::Follower;
 use crate::format::Format;
+use crate::log_filter::{LineFilter, LogFilter};
 use crate::log_parts;
 use crate::names::{check_name, is_reserved};
 use crate::watch::DirectoryWatch;
 use rc_management::event::{Event, Severity};
 use rustix::event::{PollFd, PollFlags, poll};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::{self, ErrorKind, Write};
 use std::os::fd::AsFd;
@@ -168,16 +169,24 @@ fn is_full(path: &Path) -> bool {
     rustix::fs::statvfs(path).is_ok_and(|disk| disk.f_blocks > 0 && disk.f_bavail == 0)
 }
 
-/// Prints the last `lines` of one log, or of all logs of a network. With `follow`, continues until
-/// it is interrupted.
-///
-/// In [`Format::Json`], each line is an [`Event`] with the code `log`.
+/// What [`print`] prints, and in which form.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// How many lines at the end of each log are printed first; all if none.
+    pub lines: Option<usize>,
+    /// Whether to continue until it is interrupted.
+    pub follow: bool,
+    /// In [`Format::Json`], each line is an [`Event`] with the code `log`.
+    pub format: Format,
+    /// Which lines are meant.
+    pub filter: LogFilter,
+}
+
+/// Prints the end of one log, or of all logs of a network.
 pub fn print(
     network: &str,
     component: Option<&str>,
-    lines: usize,
-    follow: bool,
-    format: Format,
+    shown: &Shown,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     check_name("network", network)?;
@@ -198,7 +207,7 @@ pub fn print(
     let mut printer = Printer {
         width: paths.keys().map(String::len).max().unwrap_or(0),
         bare: component.is_some(),
-        format,
+        format: shown.format,
         out,
     };
     let mut folders: BTreeSet<&Path> = paths.values().filter_map(|path| path.parent()).collect();
@@ -209,17 +218,19 @@ pub fn print(
     // and again.
     let watch = match DirectoryWatch::of(folders) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Err(nothing(&directory)),
-        watch => watch.ok().filter(|_| follow),
+        watch => watch.ok().filter(|_| shown.follow),
     };
     let mut followers = BTreeMap::new();
     for (name, path) in &paths {
-        let (last, follower) = Follower::at_last_lines(path, lines).map_err(|_| nothing(path))?;
+        let mut filter = LineFilter::new(&shown.filter);
+        let (last, follower) =
+            last_lines(path, shown.lines, &mut filter).map_err(|_| nothing(path))?;
         for line in last {
             printer.line(name, &line)?;
         }
-        followers.insert(name.clone(), follower);
+        followers.insert(name.clone(), (follower, filter));
     }
-    if !follow {
+    if !shown.follow {
         return Ok(());
     }
     loop {
@@ -232,21 +243,46 @@ pub fn print(
                 if !followers.contains_key(&name)
                     && let Ok(new) = Follower::open(&file(&directory, &name))
                 {
-                    followers.insert(name, new);
+                    followers.insert(name, (new, LineFilter::new(&shown.filter)));
                 }
             }
         }
-        for (name, follower) in &mut followers {
+        for (name, (follower, filter)) in &mut followers {
             let mut more = true;
             while more {
                 let lines;
                 (lines, more) = follower.read();
-                for line in lines {
+                for line in lines.into_iter().filter(|line| filter.shows(line)) {
                     printer.line(name, &line)?;
                 }
             }
         }
     }
+}
+
+/// The last lines of a log that the filter shows: of its end if all lines are shown, else of the
+/// whole log.
+fn last_lines(
+    path: &Path,
+    count: Option<usize>,
+    filter: &mut LineFilter<'_>,
+) -> io::Result<(VecDeque<String>, Follower)> {
+    if filter.is_open()
+        && let Some(count) = count
+    {
+        let (lines, follower) = Follower::at_last_lines(path, count)?;
+        return Ok((lines.into(), follower));
+    }
+    let mut last = VecDeque::new();
+    let follower = Follower::after_all_lines(path, &mut |line| {
+        if filter.shows(&line) {
+            last.push_back(line);
+        }
+        if count.is_some_and(|count| last.len() > count) {
+            last.pop_front();
+        }
+    })?;
+    Ok((last, follower))
 }
 
 /// The logs of components that were started by hand and print into files. A component that prints
@@ -329,6 +365,36 @@ impl Printer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_filter_searches_both_parts_of_a_log() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.log");
+        let older = "[rcdeploy: part 1 of this log, without its first 0 bytes]\n";
+        let lines = |from: u32| (from..from + 20_000).map(|n| format!("line {n}\n"));
+        std::fs::write(
+            path.with_extension("log.1"),
+            older.to_owned() + &lines(0).collect::<String>(),
+        )
+        .expect("written");
+        std::fs::write(&path, lines(20_000).collect::<String>() + "line 7 again").expect("written");
+        let last = |count: Option<usize>, text: &str| {
+            let filter = LogFilter {
+                texts: vec![text.to_owned()],
+                ..LogFilter::default()
+            };
+            let mut filter = LineFilter::new(&filter);
+            last_lines(&path, count, &mut filter).expect("read").0
+        };
+        assert_eq!(last(None, "LINE 7"), [""; 0]);
+        assert_eq!(last(Some(2), "line 39999"), ["line 39999"]);
+        assert_eq!(last(Some(2), "line 7"), ["line 7999", "line 7 again"]);
+        assert_eq!(last(None, "line 7 "), ["line 7 again"]);
+        assert_eq!(last(None, "line").len(), 40_001);
+        let all = LogFilter::default();
+        let all = last_lines(&path, None, &mut LineFilter::new(&all)).expect("read");
+        assert_eq!((all.0.len(), all.0[0].as_str()), (40_001, "line 0"));
+    }
 
     #[test]
     fn a_backtrace_does_not_hide_the_panic() {

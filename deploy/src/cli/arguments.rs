@@ -1,5 +1,6 @@
 //! Arguments that several subcommands share.
 
+use super::bag::duration;
 use super::completion::{
     components, components_and_groups, managed_components, networks, parameters, topics,
 };
@@ -8,8 +9,10 @@ use rc_command_line::{files, words};
 use rc_deploy_client::Format;
 use rc_deploy_export::Engine;
 use rc_deploy_network::Profile;
+use rc_management::event::parse_time;
 use rc_vocabulary::{Middleware, listed};
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 #[derive(Args)]
 pub(super) struct Input {
@@ -133,6 +136,33 @@ pub(super) enum Action {
         #[command(flatten)]
         of: Running,
     },
+    /// Writes the parameters of all components of a network as one TOML file, without secrets.
+    Dump {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// Writes to this file instead of standard output.
+        #[arg(short, long, value_name = "FILE.toml", add = files(&["toml"]))]
+        output: Option<PathBuf>,
+    },
+    /// Sets the parameters of a file that `params dump` has written, all or none.
+    ///
+    /// Components and parameters that the file does not have stay as they are. A parameter that has
+    /// the value of the file already is not set.
+    Load {
+        /// The network or its .ddsl. Optional if only one network runs.
+        #[arg(add = networks())]
+        network: String,
+        /// The file; `-` is standard input.
+        #[arg(value_name = "FILE.toml", add = files(&["toml"]))]
+        file: PathBuf,
+        /// Also saves the values in the configurations of the components, as `params save` does.
+        #[arg(long)]
+        save: bool,
+        /// The form of the output: human or json (one document).
+        #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
+        format: Format,
+    },
 }
 
 pub(super) fn switch(text: &str) -> Result<bool, String> {
@@ -199,6 +229,19 @@ pub(super) fn format(text: &str) -> Result<Format, String> {
             "`{other}` is not a format; there are human and json"
         )),
     }
+}
+
+/// A time before now, or a time of a log.
+pub(super) fn since(text: &str) -> Result<SystemTime, String> {
+    if let Some(time) = parse_time(text) {
+        return Ok(time);
+    }
+    let before = duration(text).map_err(|_| {
+        "expected a time before now, as in `90s` or `10min`, or a time of a log, as in `2026-01-31T12:00:00Z`"
+            .to_owned()
+    })?;
+    let now = SystemTime::now();
+    Ok(now.checked_sub(before).unwrap_or(SystemTime::UNIX_EPOCH))
 }
 
 /// Seconds of a command line, from a thousandth to a day.

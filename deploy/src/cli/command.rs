@@ -1,7 +1,7 @@
 //! The command line, as clap parses it.
 
 use super::arguments::{
-    Action, Input, Managed, Named, TopicArguments, engine, format, rate, seconds, switch,
+    Action, Input, Managed, Named, TopicArguments, engine, format, rate, seconds, since, switch,
 };
 use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
@@ -11,10 +11,11 @@ use super::world::WorldAction;
 use super::{bag, chains, foxglove, play, record, replay};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
-use rc_deploy_client::Format;
+use rc_deploy_client::{Format, Level};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 /// Checks, starts and supervises networks of components.
 #[derive(Parser)]
@@ -144,6 +145,9 @@ pub(super) enum Command {
     /// messages.
     Chains(chains::Chains),
     /// Prints the logs of components.
+    ///
+    /// A line without a time and a level, such as one that the worker prints, belongs to the message
+    /// before it.
     Logs {
         /// The network or its .ddsl. Optional if only one network runs.
         #[arg(add = networks())]
@@ -154,9 +158,22 @@ pub(super) enum Command {
         /// Follows the logs until Ctrl-C.
         #[arg(short, long)]
         follow: bool,
-        /// How many lines at the end of the logs are printed first.
-        #[arg(short = 'n', long, default_value_t = 100)]
-        lines: usize,
+        /// How many lines at the end of each log are printed first. Default: 100, and all with
+        /// --grep, --since or --level.
+        #[arg(short = 'n', long)]
+        lines: Option<usize>,
+        /// Prints only lines with this text. A text without capital letters matches capital
+        /// letters, too. May be given several times.
+        #[arg(long, value_name = "TEXT")]
+        grep: Vec<String>,
+        /// Prints only messages that are not older: `10min`, or a time of the log, as in
+        /// `2026-01-31T12:00:00Z`.
+        #[arg(long, value_name = "TIME", value_parser = since)]
+        since: Option<SystemTime>,
+        /// Prints only messages of this level, and more important ones: error, warn, info, debug or
+        /// trace. A panic has the level error.
+        #[arg(long, value_parser = |text: &str| text.parse::<Level>(), add = words(Level::WORDS.map(|(word, _)| word)))]
+        level: Option<Level>,
         /// The form of the output: human or json (one object a line).
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
@@ -213,7 +230,7 @@ pub(super) enum Command {
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
     },
-    /// Shows, changes and saves the parameters of a running component.
+    /// Shows, changes and saves the parameters of running components.
     ///
     /// `params NETWORK NAME` shows the parameters of a component, `params NETWORK` those of all. This works also for components that were not
     /// started by rcdeploy.

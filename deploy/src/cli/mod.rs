@@ -39,7 +39,7 @@ use output::{Failure, print_data, print_line, show, system};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::{Common, Tool};
-use rc_deploy_client::{Format, connection, logs, states, status};
+use rc_deploy_client::{Format, LogFilter, connection, logs, states, status};
 use rc_deploy_network::preview::Preview;
 use rc_deploy_terminal::SideView;
 use rc_management::lifecycle::Transition;
@@ -62,6 +62,9 @@ const TOOL: Tool = Tool {
         ),
     ],
 };
+
+/// How many lines of each log `rcdeploy logs` prints.
+const LINES: usize = 100;
 
 /// Runs `rcdeploy` with the arguments of this process.
 pub fn main() -> ExitCode {
@@ -159,11 +162,25 @@ fn run(command: Command) -> Result<u8, Failure> {
             component,
             follow,
             lines,
+            grep,
+            since,
+            level,
             format,
         } => {
+            let filter = LogFilter {
+                texts: grep,
+                since,
+                level,
+            };
+            let shown = logs::Shown {
+                lines: lines.or(filter.is_open().then_some(LINES)),
+                follow,
+                format,
+                filter,
+            };
             let network = network_of(&network)?;
             let out = &mut rc_diagnostics::print::output();
-            logs::print(&network, component.as_deref(), lines, follow, format, out)?;
+            logs::print(&network, component.as_deref(), &shown, out)?;
             Ok(0)
         }
         Command::Start(named) => control::control(Verb::Start, &named),

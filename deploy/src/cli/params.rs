@@ -2,11 +2,15 @@
 
 use super::arguments::{Action, ChangeOrName};
 use super::networks::network_of;
-use super::output::{Failure, print_note, show};
-use rc_deploy_client::{Format, connection, params, status};
+use super::output::{Failure, print_data, print_line, print_note, show, system};
+use rc_deploy_client::network_parameters::{self, NetworkValues};
+use rc_deploy_client::{Format, connection, params};
 use rc_management::component::{Changed, ParameterStatus, Parameters};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::io::Read;
+use std::path::Path;
 
 /// Shows all parameters of a component.
 pub(super) fn of_component(network: &str, name: &str, format: Format) -> Result<u8, Failure> {
@@ -24,14 +28,10 @@ struct OfComponent {
 
 /// Shows the parameters of all components. One that does not run or reply has a note.
 pub(super) fn of_network(network: &str, format: Format) -> Result<u8, Failure> {
-    let report = status::report(network)?;
-    let mut all = Vec::new();
-    for component in report.components().map(|c| c.name.clone()) {
-        match params::list(network, &component, &[]) {
-            Ok(listed) => all.push(OfComponent { component, listed }),
-            Err(error) => print_note(&error),
-        }
-    }
+    let (all, missing) = network_parameters::list_all(network)?;
+    missing.iter().for_each(|error| print_note(error));
+    let one = |(component, listed)| OfComponent { component, listed };
+    let all: Vec<OfComponent> = all.into_iter().map(one).collect();
     show(format, &all, |all| {
         let of = |one: &OfComponent| {
             let table = if one.listed.parameters.is_empty() {
@@ -64,21 +64,7 @@ pub(super) fn params(action: Action) -> Result<u8, Failure> {
                 let of_one = params::values(&network, &name, &changes, &mut input)?;
                 values.insert(name, of_one);
             }
-            if values.len() == 1
-                && let Some((name, values)) = values.first_key_value()
-            {
-                let changed = params::set(&network, name, values)?;
-                return show(format, &changed, |changed| {
-                    lines_or_none(change_lines("", changed))
-                });
-            }
-            let changed = connection::set_parameters(&network, values)?;
-            show(format, &changed, |changed| {
-                let of_all = changed.components.iter();
-                let of_all =
-                    of_all.map(|(name, changed)| change_lines(&format!("{name}."), changed));
-                lines_or_none(of_all.collect())
-            })
+            set(&network, values, format)
         }
         Action::Save { of } => {
             let saved = params::save(&network_of(&of.network)?, &of.name)?;
@@ -92,7 +78,79 @@ pub(super) fn params(action: Action) -> Result<u8, Failure> {
                 format!("{file}\n{}", lines.collect::<String>())
             })
         }
+        Action::Dump { network, output } => dump(&network_of(&network)?, output.as_deref()),
+        Action::Load {
+            network,
+            file,
+            save,
+            format,
+        } => load(&network_of(&network)?, &file, save, format),
     }
+}
+
+/// Changes parameters, all or none, and shows the changes.
+fn set(network: &str, values: NetworkValues, format: Format) -> Result<u8, Failure> {
+    if values.len() == 1
+        && let Some((name, values)) = values.first_key_value()
+    {
+        let changed = params::set(network, name, values)?;
+        return show(format, &changed, |changed| {
+            lines_or_none(change_lines("", changed))
+        });
+    }
+    let changed = connection::set_parameters(network, values)?;
+    show(format, &changed, |changed| {
+        let of_all = changed.components.iter();
+        let of_all = of_all.map(|(name, changed)| change_lines(&format!("{name}."), changed));
+        lines_or_none(of_all.collect())
+    })
+}
+
+/// Writes the parameters of a network into a file. If a component does not name its parameters, the
+/// exit code is 3.
+fn dump(network: &str, output: Option<&Path>) -> Result<u8, Failure> {
+    let (all, missing) = network_parameters::list_all(network)?;
+    missing.iter().for_each(|error| print_note(error));
+    let text = network_parameters::file(network, &all);
+    match output {
+        Some(path) => rc_files::write(path, &text)
+            .map_err(|e| system(&format_args!("{}: {e}", path.display())))?,
+        None => print_data(&text),
+    }
+    Ok(if missing.is_empty() { 0 } else { 3 })
+}
+
+/// Sets the parameters of a file.
+fn load(network: &str, file: &Path, save: bool, format: Format) -> Result<u8, Failure> {
+    let text = if file == Path::new("-") {
+        let mut text = String::new();
+        let limited = &mut std::io::stdin().lock().take(rc_files::LARGEST);
+        limited.read_to_string(&mut text).map(|_| text)
+    } else {
+        rc_files::read(file)
+    };
+    let wrong = |reason: &dyn Display| Failure(1, format!("{}: {reason}", file.display()));
+    let text = text.map_err(|error| wrong(&error))?;
+    let wanted = network_parameters::read(&text).map_err(|error| wrong(&error))?;
+    let names: Vec<String> = wanted.keys().cloned().collect();
+    let changes = network_parameters::only_changes(network, wanted)?;
+    if changes.is_empty() {
+        show(
+            format,
+            &Changed::default(),
+            |_| lines_or_none(String::new()),
+        )?;
+    } else {
+        set(network, changes, format)?;
+    }
+    // Also what was changed before and not saved.
+    for name in names.iter().filter(|_| save) {
+        let saved = params::save(network, name)?;
+        if format == Format::Human && !saved.saved.is_empty() {
+            print_line(format_args!("{}", saved.file.display()));
+        }
+    }
+    Ok(0)
 }
 
 /// The changes of each component: `first`, and those that are named between changes.

@@ -197,7 +197,13 @@ fn main() -> ExitCode {
                 .filter(|a| *a != "--follow");
             let follow = arguments.iter().any(|a| a == "--follow");
             let out = &mut std::io::stdout();
-            rc_deploy_client::logs::print(argument(1), component, 10, follow, Format::Human, out)
+            let shown = rc_deploy_client::logs::Shown {
+                lines: Some(10),
+                follow,
+                format: Format::Human,
+                filter: rc_deploy_client::LogFilter::default(),
+            };
+            rc_deploy_client::logs::print(argument(1), component, &shown, out)
         }
         other => panic!("unknown command {other}"),
     };

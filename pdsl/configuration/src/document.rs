@@ -181,6 +181,18 @@ pub(crate) fn json(item: &Item) -> Json {
     }
 }
 
+/// Parses a TOML file of a tool.
+///
+/// # Errors
+/// The text is not TOML: what is wrong, with its line and column.
+pub fn parse_document(text: &str) -> Result<serde_json::Map<String, Json>, String> {
+    let document = toml_edit::Document::parse(text).map_err(|error| error.to_string())?;
+    let table = document.as_table().iter();
+    Ok(table
+        .map(|(key, item)| (key.to_owned(), json(item)))
+        .collect())
+}
+
 /// Parses a value of a command line as TOML. Any other text is a string.
 pub fn parse_argument(text: &str) -> Json {
     match text.parse::<toml_edit::Value>() {

@@ -39,7 +39,7 @@ pub use check::{
 };
 #[cfg(feature = "tools")]
 pub use document::keys;
-pub use document::parse_argument;
+pub use document::{parse_argument, parse_document};
 pub use live::{CheckedChanges, LiveParameter, LiveParameters};
 pub use middleware::{Setting, Settings};
 pub use model::Parameters;

@@ -106,6 +106,11 @@ fn serialize_time<S: Serializer>(time: &SystemTime, serializer: S) -> Result<S::
     serializer.serialize_str(&time_text(*time))
 }
 
+/// A time as RFC 3339 in UTC. The `T` may be a blank, and the `Z` may be missing.
+pub fn parse_time(text: &str) -> Option<SystemTime> {
+    humantime::parse_rfc3339_weak(text).ok()
+}
+
 fn deserialize_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SystemTime, D::Error> {
     let text: Cow<'de, str> = Cow::deserialize(deserializer)?;
     humantime::parse_rfc3339(&text).map_err(de::Error::custom)

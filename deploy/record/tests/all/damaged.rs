@@ -145,7 +145,7 @@ fn damage_anywhere_costs_a_chunk_at_most() {
     let path = folder.path().join("x.mcap");
     let whole = write(&path);
     let mut random: u64 = 1;
-    for _ in 0..300 {
+    for _ in 0..1000 {
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);

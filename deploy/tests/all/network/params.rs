@@ -98,6 +98,73 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
         assert!(refused.stderr.contains(&wanted), "{refused:?}");
     }
 
+    // A dump, and a change that it undoes.
+    let kept = site.path("kept.toml");
+    let kept = kept.to_str().expect("a path");
+    let dump = params(&site, &["dump", "-o", kept]);
+    assert_eq!((dump.code, dump.stdout.as_str()), (0, ""), "{dump:?}");
+    let text = fs::read_to_string(kept).expect("the file");
+    assert!(
+        text.contains("\n[avoider]\n") && text.contains("\nsafe_distance = 600.0\n"),
+        "{text}"
+    );
+    assert_eq!(params(&site, &["dump", net]).stdout, text);
+    let set = ["set", net, "avoider", "speed=310", "monitor", "period=25ms"];
+    let set = params(&site, &set);
+    assert_eq!(set.code, 0, "{set:?}");
+    let load = params(&site, &["load", net, kept]);
+    assert_eq!(load.code, 0, "{load:?}");
+    assert_eq!(
+        load.stdout,
+        "avoider.speed: 310.0 -> 400.0\nmonitor.period: \"25ms\" -> \"20ms\"\n"
+    );
+    let again = params(&site, &["load", kept]);
+    assert_eq!(again.stdout, "these are the values already\n", "{again:?}");
+    // All or nothing, and what is not running is named.
+    for (name, text, reason) in [
+        (
+            "wide.toml",
+            "[avoider]\nspeed = 1\nsped = 1\n",
+            "did you mean `speed`?",
+        ),
+        (
+            "who.toml",
+            "[avoider]\nspeed = 1\n[avoidr]\nspeed = 1\n",
+            "no component avoidr runs",
+        ),
+        (
+            "torn.toml",
+            "[avoider\n",
+            "torn.toml: TOML parse error at line 1",
+        ),
+    ] {
+        let file = site.write(name, text);
+        let refused = params(&site, &["load", net, file.to_str().expect("a path")]);
+        assert_ne!(refused.code, 0, "{refused:?}");
+        assert!(refused.stderr.contains(reason), "{refused:?}");
+    }
+    let one = params(&site, &["get", "avoider", "speed"]);
+    assert_eq!(one.stdout, "speed = 400.0\n", "{one:?}");
+
+    let logs = [
+        "logs", net, "monitor", "--grep", "POSE x=", "--grep", "pose x=",
+    ];
+    let logs = site.rcdeploy(
+        &[&logs[..], &["--since", "10min", "--level", "info"]].concat(),
+        false,
+    );
+    assert!(
+        logs.stdout.lines().all(|line| line.contains("pose x=")),
+        "{logs:?}"
+    );
+    let ever = site.rcdeploy(&["logs", net, "monitor", "--since", "1h"], false);
+    assert!(
+        ever.code == 2 && ever.stderr.contains("as in `90s`"),
+        "{ever:?}"
+    );
+    let errors = site.rcdeploy(&["logs", "monitor", "--level", "error"], false);
+    assert_eq!((errors.code, errors.stdout.as_str()), (0, ""), "{errors:?}");
+
     // With speed 0, the poses repeat.
     let stand = params(&site, &["set", net, "avoider", "speed=0", "turn_speed=0.1"]);
     assert_eq!(stand.code, 0, "{stand:?}");
