@@ -7,6 +7,7 @@ use crate::error::{Error, cannot};
 use crate::launcher;
 use crate::profile::Profile;
 use crate::variant;
+use crate::workspaces::Target;
 use rc_codegen::{Project, names};
 use rc_vocabulary::Middlewares;
 use std::ffi::OsString;
@@ -74,7 +75,7 @@ pub(crate) fn check() -> Result<(), Error> {
 pub(crate) fn of(
     project: &Project,
     root: &Path,
-    target: &Path,
+    target: &Target,
     profile: Profile,
     variant: Option<Middlewares>,
     path: &Path,
@@ -88,19 +89,17 @@ pub(crate) fn of(
         )));
     };
     let own = absolute(project.code()).map_err(cannot("find the folder of a component"))?;
-    let target = absolute(target).map_err(cannot("find the target folder"))?;
+    let folders = absolute(&target.folder).map_err(cannot("find the target folder"))?;
+    let folders = folders.join("rc").join(FOLDER);
     let package = names::package(name);
     let (mut folder, mut staged) = (own.clone(), None);
     if let Some(middleware) = variant {
-        folder = target
-            .join("rc")
-            .join(FOLDER)
-            .join(middleware.to_string())
-            .join(&package);
+        folder = folders.join(middleware.to_string()).join(&package);
         staged = Some((folder.clone(), launcher::printed(project, middleware)?, own));
     }
     let framework = absolute(&framework).map_err(cannot("find the framework"))?;
-    let programs = target.join(profile.folder());
+    let programs = absolute(&target.programs(profile));
+    let programs = programs.map_err(cannot("find the target folder"))?;
     let kind = match profile {
         Profile::Dev => "Debug",
         Profile::Release => "RelWithDebInfo",
@@ -126,7 +125,7 @@ pub(crate) fn of(
             ),
         ],
         staged,
-        lock: target.join("rc").join(FOLDER).join("lock").join(&package),
+        lock: folders.join("lock").join(&package),
     })
 }
 

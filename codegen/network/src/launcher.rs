@@ -6,6 +6,7 @@
 use crate::error::{Error, cannot, refused};
 use crate::profile::Profile;
 use crate::variant;
+use crate::workspaces::Target;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
 use rc_codegen::note::Note;
@@ -61,7 +62,7 @@ pub(crate) fn framework(root: &Path) -> Result<Option<PathBuf>, Error> {
 /// a path: then `robocomp` is a package of the interpreter.
 pub(crate) fn build(
     root: &Path,
-    target: &Path,
+    target: &Target,
     profile: Profile,
     crates: &[&str],
 ) -> Result<Option<Vec<OsString>>, Error> {
@@ -120,7 +121,7 @@ impl Places {
     pub(crate) fn of(
         project: &Project,
         root: &Path,
-        target: &Path,
+        target: &Target,
         profile: Profile,
         variant: Option<Middlewares>,
     ) -> Result<Self, Error> {
@@ -129,7 +130,7 @@ impl Places {
         let home = variant.map_or_else(
             || folder.clone(),
             |middleware| {
-                let variants = target.join("rc").join(FOLDER);
+                let variants = target.folder.join("rc").join(FOLDER);
                 variants.join(middleware.to_string()).join(package(project))
             },
         );
@@ -145,7 +146,7 @@ impl Places {
             native.push(("ROBOCOMP_GRAPH", GRAPH_LIBRARY));
         }
         native.retain(|_| framework.is_some());
-        let built = target.join(profile.folder());
+        let built = target.programs(profile);
         let native = native.into_iter();
         Ok(Self {
             native: native
@@ -171,7 +172,7 @@ impl Places {
 pub(crate) fn of(
     project: &Project,
     root: &Path,
-    target: &Path,
+    target: &Target,
     profile: Profile,
     variant: Option<Middlewares>,
     path: PathBuf,
@@ -197,7 +198,12 @@ pub(crate) fn of(
     };
     let oldest = project.oldest_python();
     let asks = project.component.python.is_some_and(|python| python.venv);
-    let lock = target.join("rc").join(FOLDER).join("venv").join(&package);
+    let lock = target
+        .folder
+        .join("rc")
+        .join(FOLDER)
+        .join("venv")
+        .join(&package);
     Ok(Launcher {
         text: text(
             &package,

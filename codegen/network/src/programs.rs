@@ -5,6 +5,7 @@
 //! another. Its program is then a variant, built next to the program of its folder.
 
 mod builds;
+mod processor;
 
 pub use builds::Build;
 
@@ -137,6 +138,14 @@ fn check_executable(
                 note.middleware,
             ),
         ),
+        Ok(Some(_)) if processor::of(path) != processor::own(path) => {
+            let of = processor::of(path).map_or("no processor", processor::name);
+            let own = processor::own(path).map_or("another one", processor::name);
+            let message = format!("{} is for {of}, and this machine is {own}", path.display());
+            let error = Diagnostic::error("wrong-processor", place, message);
+            found.push(error.help("components run on machines of this kind; build it here"));
+            return;
+        }
         Ok(Some(_)) if may_run(path) => return,
         Ok(Some(_)) => {
             let message = format!("{} may not be executed by anybody", path.display());
@@ -329,7 +338,7 @@ impl Programs {
             return Ok(None);
         };
         let target = self.workspaces.target(&root)?;
-        Ok(Some(target.join(profile.folder()).join(program)))
+        Ok(Some(target.programs(profile).join(program)))
     }
 
     /// The files and the environment that an instance in Python needs on another machine. `None`

@@ -1,5 +1,6 @@
 //! Cargo workspaces: what cargo knows of them. It is asked once for each.
 
+use crate::profile::Profile;
 use cargo_metadata::{Dependency, Error, MetadataCommand};
 use rc_codegen::cargo_workspace::Workspace;
 use std::cell::{Cell, RefCell};
@@ -15,10 +16,31 @@ pub(crate) struct Workspaces {
     known: RefCell<HashMap<PathBuf, Result<Known, CargoFailure>>>,
 }
 
+/// Where cargo builds a workspace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    /// The target folder.
+    pub(crate) folder: PathBuf,
+    /// The platform that the user has set for builds: `CARGO_BUILD_TARGET`, or `build.target` of a
+    /// configuration of cargo.
+    pub(crate) platform: Option<String>,
+}
+
+impl Target {
+    /// The folder of the programs.
+    pub(crate) fn programs(&self, profile: Profile) -> PathBuf {
+        let folder = match &self.platform {
+            Some(platform) => self.folder.join(platform),
+            None => self.folder.clone(),
+        };
+        folder.join(profile.folder())
+    }
+}
+
 /// Facts about a workspace, from `cargo metadata`.
 #[derive(Clone, Debug)]
 struct Known {
-    target: PathBuf,
+    target: Target,
     /// The dependencies of all members.
     dependencies: Vec<Dependency>,
 }
@@ -36,7 +58,7 @@ impl Workspaces {
     /// The folder that cargo builds the workspace `root` into: `CARGO_TARGET_DIR`,
     /// `build.target-dir` of a configuration of cargo, or `target`. If cargo is not asked, or
     /// cannot be started, only configurations above the workspace count.
-    pub(crate) fn target(&self, root: &Path) -> io::Result<PathBuf> {
+    pub(crate) fn target(&self, root: &Path) -> io::Result<Target> {
         Ok(self.known(root)?.target)
     }
 
@@ -74,9 +96,7 @@ pub fn cargo() -> PathBuf {
     }
     let path = variable("PATH").unwrap_or_default();
     let is_in_path = std::env::split_paths(&path).any(|folder| folder.join("cargo").is_file());
-    let home = variable("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".cargo")));
-    let installed = home.map(|home| home.join("bin/cargo"));
+    let installed = home().map(|home| home.join("bin/cargo"));
     installed
         .filter(|cargo| !is_in_path && cargo.is_file())
         .unwrap_or_else(|| "cargo".into())
@@ -91,22 +111,55 @@ pub fn target_variable() -> Option<PathBuf> {
 
 /// The target folder without cargo: its defaults, and `build.target-dir` of its configurations.
 fn usual(root: &Path) -> Known {
-    let target = target_variable().or_else(|| configured_target(root));
+    let configured = || {
+        let (folder, target) = configured(root, "target-dir")?;
+        Some(folder.join(target))
+    };
+    let folder = target_variable().or_else(configured);
     Known {
-        target: target.unwrap_or_else(|| root.join("target")),
+        target: Target {
+            folder: folder.unwrap_or_else(|| root.join("target")),
+            platform: platform(root),
+        },
         dependencies: Vec::new(),
     }
 }
 
-/// `build.target-dir` of the nearest `.cargo/config.toml` that has one.
-fn configured_target(root: &Path) -> Option<PathBuf> {
+/// The platform that cargo builds for, if the user has set one. Cargo builds into a folder of its
+/// name then, also if it is that of this machine.
+fn platform(root: &Path) -> Option<String> {
+    let set = std::env::var("CARGO_BUILD_TARGET")
+        .ok()
+        .filter(|set| !set.is_empty());
+    let set = set.or_else(|| configured(root, "target").map(|(_, platform)| platform))?;
+    // A file describes a platform that rustc does not know.
+    match set.strip_suffix(".json") {
+        Some(file) => Path::new(file).file_name()?.to_str().map(str::to_owned),
+        None => Some(set),
+    }
+}
+
+/// A text of `[build]` in the nearest configuration of cargo that has it, with the folder that
+/// contains `.cargo`. Of an array, the first text.
+fn configured(root: &Path, key: &str) -> Option<(PathBuf, String)> {
     let root = root.canonicalize().ok()?;
-    root.ancestors().find_map(|folder| {
-        let text = rc_files::read(&folder.join(".cargo/config.toml")).ok()?;
+    let above = root.ancestors().map(|folder| folder.join(".cargo"));
+    let mut places = above.chain(home());
+    places.find_map(|place| {
+        let text = rc_files::read(&place.join("config.toml")).ok()?;
         let file: toml_edit::DocumentMut = text.parse().ok()?;
-        let target = file.get("build")?.get("target-dir")?.as_str()?;
-        Some(folder.join(target))
+        let value = file.get("build")?.get(key)?;
+        let first = value.as_array().and_then(|all| all.get(0)?.as_str());
+        let text = value.as_str().or(first)?.to_owned();
+        Some((place.parent()?.to_owned(), text))
     })
+}
+
+/// The folder of cargo: `CARGO_HOME`, else `.cargo` of the home folder.
+fn home() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    let home = variable("CARGO_HOME").map(PathBuf::from);
+    home.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".cargo")))
 }
 
 fn ask(root: &Path) -> Result<Known, CargoFailure> {
@@ -125,7 +178,10 @@ fn ask(root: &Path) -> Result<Known, CargoFailure> {
         Ok(metadata) => {
             let packages = metadata.packages.into_iter();
             return Ok(Known {
-                target: metadata.target_directory.into_std_path_buf(),
+                target: Target {
+                    folder: metadata.target_directory.into_std_path_buf(),
+                    platform: platform(root),
+                },
                 dependencies: packages.flat_map(|package| package.dependencies).collect(),
             });
         }

@@ -46,6 +46,38 @@ impl Engine {
 /// The beginning of every exported file.
 pub const FIRST_WORDS: &str = "# Made by `rcdeploy export`";
 
+/// The beginning of the unit of [`supervised`].
+pub const INSTALLED: &str = "# Made by `rcdeploy install-service`";
+
+/// A network that systemd runs by a supervisor.
+#[derive(Clone, Copy, Debug)]
+pub struct Supervised<'n> {
+    /// Its name.
+    pub network: &'n str,
+    /// The name of its file, for people.
+    pub file: &'n str,
+    /// The command line of the supervisor.
+    pub command: &'n [String],
+    /// Its working directory.
+    pub directory: &'n Path,
+    /// The user, if the manager is that of the system.
+    pub user: Option<&'n str>,
+    /// The longest time until all components have ended.
+    pub stop: Duration,
+    /// The highest real-time priority that it gives.
+    pub priority: Option<u8>,
+}
+
+/// The unit of systemd that runs a network as `rcdeploy up` does.
+pub fn supervised(service: &Supervised<'_>) -> Export {
+    systemd::supervisor(service)
+}
+
+/// The name of that unit.
+pub fn supervisor_unit(network: &str) -> String {
+    systemd::supervisor_unit(network)
+}
+
 /// A note on how to find components in containers.
 const RUN_DIRECTORY: &str = "the run directory is in /dev/shm: `rcdeploy params` and `NAME --probe` find it on the machine itself as the same user, with XDG_RUNTIME_DIR unset";
 

@@ -6,7 +6,7 @@
 //! - A unit that has failed for good starts `NETWORK.failed.target`, which the network's target
 //!   conflicts with, and all are part of that: they stop, the dependents first.
 
-use super::{Export, Machine, Part, Source, time};
+use super::{Export, Machine, Part, Source, Supervised, time};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_deploy_network::plan::{Policy, Restart};
@@ -59,6 +59,66 @@ pub(super) fn units(source: &Source<'_>) -> Export {
         }
     }
     Export { files, notes }
+}
+
+/// The unit of a supervisor, which runs a whole network as `rcdeploy up` does.
+pub(super) fn supervisor(service: &Supervised<'_>) -> Export {
+    let network = service.network;
+    let own = supervisor_unit(network);
+    let mut out = format!(
+        "{} for the network {network} from {}.\n# The log: `journalctl {}-u {own}`.\n\n[Unit]\nDescription=The network {network}\n",
+        super::INSTALLED,
+        service.file,
+        if service.user.is_some() {
+            ""
+        } else {
+            "--user "
+        },
+    );
+    let mut line = |key: &str, value: String| out.push_str(&format!("{key}={value}\n"));
+    // The units of an export run the same components.
+    line("Conflicts", network_target(network));
+    if service.user.is_some() {
+        line("Wants", "network-online.target".to_owned());
+        line("After", "network-online.target".to_owned());
+    }
+    // Other machines of the network may be on later.
+    line("StartLimitIntervalSec", "0".to_owned());
+    out.push_str("\n[Service]\nType=exec\n");
+    let words: Vec<String> = service.command.iter().map(|one| word(one)).collect();
+    let mut line = |key: &str, value: String| out.push_str(&format!("{key}={value}\n"));
+    line("ExecStart", format!(":{}", words.join(" ")));
+    let directory = service.directory.to_string_lossy();
+    line("WorkingDirectory", directory.replace('%', "%%"));
+    if let Some(user) = service.user {
+        line("User", user.to_owned());
+    }
+    // SIGTERM goes to the supervisor, which stops the components in order.
+    line("KillMode", "mixed".to_owned());
+    line("TimeoutStopSec", time(service.stop));
+    line("Restart", "on-failure".to_owned());
+    line("RestartSec", "5s".to_owned());
+    // Files that are wrong stay wrong.
+    line("RestartPreventExitStatus", "1 2".to_owned());
+    if let Some(priority) = service.priority {
+        line("LimitRTPRIO", priority.to_string());
+    }
+    let target = match service.user {
+        Some(_) => "multi-user.target",
+        None => "default.target",
+    };
+    out.push_str(&format!("\n[Install]\nWantedBy={target}\n"));
+    let mut files = Files::default();
+    files.add(own, Owner::Exported, out);
+    Export {
+        files,
+        notes: Vec::new(),
+    }
+}
+
+/// The name of the unit of a supervisor.
+pub(super) fn supervisor_unit(network: &str) -> String {
+    format!("robocomp-{network}.service")
 }
 
 fn unit(network: &str, name: &str, kind: &str) -> String {
@@ -257,7 +317,51 @@ fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{quoted, word};
+    use super::{Supervised, quoted, supervisor, word};
+    use std::path::Path;
+    use std::time::Duration;
+
+    #[test]
+    fn a_supervisor_is_one_unit_of_the_user_or_of_the_system() {
+        let mut service = Supervised {
+            network: "patrol",
+            file: "patrol.ddsl",
+            command: &[
+                "/opt/my tools/rcdeploy",
+                "up",
+                "--plain",
+                "/robot/patrol.ddsl",
+            ]
+            .map(str::to_owned),
+            directory: Path::new("/robot"),
+            user: None,
+            stop: Duration::from_millis(13_500),
+            priority: None,
+        };
+        let unit = |service: &Supervised<'_>| {
+            let export = supervisor(service);
+            let mut files = export.files.iter();
+            let (path, _, text) = files.next().expect("a unit");
+            assert_eq!(path, Path::new("robocomp-patrol.service"));
+            text.to_owned()
+        };
+        expect_test::expect![[r#""#]].assert_eq(&unit(&service));
+        service.user = Some("pi");
+        service.priority = Some(20);
+        let system = unit(&service);
+        for line in [
+            "# The log: `journalctl -u robocomp-patrol.service`.",
+            "After=network-online.target",
+            "User=pi",
+            "LimitRTPRIO=20",
+            "WantedBy=multi-user.target",
+        ] {
+            assert!(
+                system.lines().any(|known| known == line),
+                "{line}: {system}"
+            );
+        }
+    }
 
     #[test]
     fn special_words_of_systemd_are_quoted() {

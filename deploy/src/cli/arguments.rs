@@ -47,6 +47,27 @@ impl Input {
             set: Vec::new(),
         }
     }
+
+    /// These arguments on another command line, which has another working directory.
+    pub(super) fn words(&self) -> std::io::Result<Vec<String>> {
+        let whole = |path: &PathBuf| {
+            let path = std::path::absolute(path)?;
+            let text = path.into_os_string().into_string();
+            text.map_err(|path| std::io::Error::other(format!("{} is not UTF-8", path.display())))
+        };
+        let mut words = vec!["--profile".to_owned(), self.profile.word().to_owned()];
+        for include in &self.include {
+            words.extend(["-I".to_owned(), whole(include)?]);
+        }
+        if let Some(middleware) = self.middleware {
+            words.extend(["--middleware".to_owned(), middleware.word().to_owned()]);
+        }
+        for set in &self.set {
+            words.extend(["--set".to_owned(), set.clone()]);
+        }
+        words.extend(["--".to_owned(), whole(&self.file)?]);
+        Ok(words)
+    }
 }
 
 /// Components of a running network.

@@ -398,6 +398,28 @@ pub(super) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// Lets systemd run a network: from the boot on, again after a failure, with its log in the
+    /// journal.
+    ///
+    /// Writes a unit that runs `rcdeploy up` with these arguments, enables and starts it, and lets
+    /// the user linger, so that a logout removes nothing. `systemctl --user stop robocomp-NETWORK`
+    /// and `rcdeploy down` stop it.
+    InstallService {
+        #[command(flatten)]
+        input: Input,
+        /// Writes a unit of the system, which runs as the owner of the file. It needs root.
+        #[arg(long)]
+        system: bool,
+        /// Enables the unit, and does not start it.
+        #[arg(long)]
+        no_start: bool,
+        /// Stops the network, and removes its unit.
+        #[arg(long, conflicts_with_all = ["no_start", "dry_run"])]
+        remove: bool,
+        /// Prints the unit, and changes nothing.
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// Records a running network as MCAP: topics, calls, events, parameters and states.
     ///
     /// Ctrl-C ends the recording.

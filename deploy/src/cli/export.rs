@@ -4,7 +4,7 @@ use super::arguments::Input;
 use super::description::load;
 use super::output::{Failure, print_line, print_note, system};
 use rc_codegen::files::Change;
-use rc_deploy_export::Engine;
+use rc_deploy_export::{Engine, Export};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -25,24 +25,35 @@ pub(super) fn export(
     );
     let export = rc_deploy_export::export(&network, &plan, engine, image, user)
         .map_err(|e| Failure(1, e))?;
-    let steps = export.files.plan(out).map_err(|e| system(&e))?;
-    let foreign =
-        rc_codegen::export::first_foreign_file(&steps, out, rc_deploy_export::FIRST_WORDS);
-    if let Some(foreign) = foreign.map_err(|e| system(&e))? {
-        return Err(Failure(
-            2,
-            format!(
-                "{} is there, and was not written by an export; name another folder",
-                foreign.display()
-            ),
-        ));
-    }
     for note in &export.notes {
         print_note(note);
     }
     let programs: BTreeSet<&Path> = plan.components.iter().map(|c| &*c.executable).collect();
     for program in programs.into_iter().filter(|program| !program.exists()) {
         print_note(&format_args!("{} is not built yet", program.display()));
+    }
+    write(&export, out, rc_deploy_export::FIRST_WORDS, dry_run)?;
+    Ok(0)
+}
+
+/// Writes the files of an export, or lists them. Returns whether one of them is new. A file that
+/// does not begin with `first_words` is never overwritten.
+pub(super) fn write(
+    export: &Export,
+    out: &Path,
+    first_words: &str,
+    dry_run: bool,
+) -> Result<bool, Failure> {
+    let steps = export.files.plan(out).map_err(|e| system(&e))?;
+    let foreign = rc_codegen::export::first_foreign_file(&steps, out, first_words);
+    if let Some(foreign) = foreign.map_err(|e| system(&e))? {
+        return Err(Failure(
+            2,
+            format!(
+                "{} is there, and was not written by this command; name another folder, or move it away",
+                foreign.display()
+            ),
+        ));
     }
     if !dry_run {
         export.files.write(out).map_err(|e| system(&e))?;
@@ -57,5 +68,5 @@ pub(super) fn export(
         let path = out.join(&step.path);
         print_line(format_args!("{} {}", step.change.word(), path.display()));
     }
-    Ok(0)
+    Ok(steps.iter().any(|step| step.change == Change::Create))
 }

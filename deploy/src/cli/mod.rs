@@ -25,6 +25,7 @@ mod params;
 mod play;
 mod record;
 mod replay;
+mod service;
 mod top;
 mod up;
 mod world;
@@ -280,6 +281,17 @@ fn run(command: Command) -> Result<u8, Failure> {
             image,
             dry_run,
         } => export::export(&input, to, &out, image.as_deref(), dry_run),
+        Command::InstallService {
+            input,
+            system,
+            no_start,
+            remove,
+            dry_run,
+        } => match (remove, dry_run) {
+            (true, _) => service::remove(&input, system),
+            (_, true) => service::show(&input, system),
+            _ => service::install(&input, system, !no_start),
+        },
         Command::Record(options) => record::record(&options),
         Command::Play(options) => play::play(options),
         Command::Bag(command) => bag::bag(command),

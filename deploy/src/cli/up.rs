@@ -5,7 +5,8 @@ use super::again::in_background;
 use super::arguments::Input;
 use super::command::Cli;
 use super::description::{generate_stale, load};
-use super::output::{Failure, print_line, system};
+use super::output::{Failure, print_line, print_note, system};
+use super::service::logout;
 use crate::guard::services;
 use crate::process::machine;
 use crate::process::own_program::own_program;
@@ -77,6 +78,12 @@ pub(super) fn up(
             "{}",
             status::table(&crate::status(&plan.network)?).trim_end()
         ));
+        // sshd sets this variable.
+        if std::env::var_os("SSH_CONNECTION").is_some()
+            && let Some((found, fix)) = logout(None)
+        {
+            print_note(&format_args!("{found}; prevent it with `{fix}`"));
+        }
         return Ok(outcome.exit_code());
     }
     let options = Options {

@@ -87,7 +87,7 @@ impl Machine<'_> {
 
     /// At the last logout of a user, systemd removes the shared memory and the run directory of the
     /// user (`RemoveIPC=` of logind.conf(5)), unless the user lingers.
-    fn logout(&self) -> Finding {
+    pub(crate) fn logout(&self) -> Finding {
         const CHECK: &str = "logout";
         if !self.path("/run/systemd/system").is_dir() {
             return Finding::ok(CHECK, "no systemd here: a logout removes nothing");
@@ -220,6 +220,29 @@ impl Machine<'_> {
             let found = format!("nodes run on {name}, which components of ours do not meet");
             let fix = "export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, where the nodes start";
             return Finding::warning(CHECK, found, fix);
+        }
+        const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+        let is_only = self
+            .variable("ROS_LOCALHOST_ONLY")
+            .is_some_and(|set| set != "0");
+        let only = is_only.then(|| ("ROS_LOCALHOST_ONLY", "1".to_owned()));
+        let (name, range) = only
+            .or_else(|| Some((RANGE, self.variable(RANGE)?)))
+            .unwrap_or((RANGE, "SUBNET".to_owned()));
+        let found = match range.as_str() {
+            "SUBNET" | "SYSTEM_DEFAULT" => None,
+            "OFF" => Some(format!("{name} is OFF: nodes find no others")),
+            "LOCALHOST" | "1" => Some(format!(
+                "{name} is {range}: nodes do not find those of other machines"
+            )),
+            other => {
+                let found = format!("{name} is `{other}`");
+                let fix = "it is SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT";
+                return Finding::error(CHECK, found, fix);
+            }
+        };
+        if let Some(found) = found {
+            return Finding::warning(CHECK, found, format!("unset {name}, if they are to"));
         }
         let Some(domain) = self.variable("ROS_DOMAIN_ID") else {
             return Finding::ok(CHECK, "domain 0");
@@ -441,6 +464,27 @@ mod tests {
                 &[("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")],
                 Grade::Warning,
                 "rmw_zenoh_cpp",
+            ),
+            (
+                &[("ROS_LOCALHOST_ONLY", "1")],
+                Grade::Warning,
+                "those of other machines",
+            ),
+            (&[("ROS_LOCALHOST_ONLY", "0")], Grade::Ok, "domain 0"),
+            (
+                &[("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")],
+                Grade::Warning,
+                "find no others",
+            ),
+            (
+                &[("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")],
+                Grade::Ok,
+                "domain 0",
+            ),
+            (
+                &[("ROS_AUTOMATIC_DISCOVERY_RANGE", "FAR")],
+                Grade::Error,
+                "SUBNET, LOCALHOST",
             ),
         ] {
             with(&[], variables, |machine| is(&machine.ros(), grade, words));

@@ -19,6 +19,9 @@ pub(crate) const COPY: &str = "rcdeploy-";
 /// The prefix of the lines that the script prints. Other lines come from the login and are ignored.
 pub(crate) const TOKEN: &str = "rcdeploy agent:";
 
+/// The complaint of the script where no folder takes programs.
+const NO_PROGRAMS: &str = "no program may run in the folders";
+
 /// Uses the user's keys and settings, never asks for a password, and ends a dead connection.
 const OPTIONS: [&str; 9] = [
     "BatchMode=yes",
@@ -78,11 +81,21 @@ pub(crate) fn start(
 
 /// The script: it prints the kind of the machine, receives the copy of rcdeploy if there is none
 /// with this hash, and becomes its agent.
+///
+/// A cache folder in which no program may run (`noexec`) is left for one of the folders for
+/// temporary files. A file without an interpreter line finds that out: the shell runs it itself
+/// unless the system refuses it.
 pub(crate) fn script(hash: &str, size: u64) -> String {
     format!(
-        "umask 077; d=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
-         mkdir -p \"$d\" || exit 1; \
-         if [ -x \"$f\" ]; then w=has; else w=wants; fi; \
+        "umask 077; u=\"robocomp-$(id -u)\"; \
+         for d in \"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\" \"/var/tmp/$u\" \"/tmp/$u\"; do \
+         t=\"$d/.try.$$\"; w=no; \
+         mkdir -p \"$d\" && [ -O \"$d\" ] && echo exit 0 > \"$t\" && chmod 700 \"$t\" && \"$t\" && w=has; \
+         rm -f \"$t\"; [ $w = no ] || break; \
+         done 2>/dev/null; \
+         [ $w = has ] || {{ echo \"{NO_PROGRAMS}: ${{XDG_CACHE_HOME:-$HOME/.cache}}, /var/tmp, /tmp\" >&2; exit 1; }}; \
+         f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
+         [ -x \"$f\" ] || w=wants; \
          echo; echo \"{TOKEN} $w $(uname -sm)\"; \
          if [ $w = wants ]; then \
          head -c {size} > \"$n\" && [ $(wc -c < \"$n\") -eq {size} ] && chmod 700 \"$n\" && mv \"$n\" \"$f\" || {{ rm -f \"$n\"; exit 1; }}; \
@@ -140,6 +153,11 @@ pub(crate) fn explain(host: &Host, noticed: &str, complaint: &str) -> String {
             "{last}; is the machine on, does its sshd run, and is the address right? Try `ssh {to} true`"
         );
     }
+    if has(NO_PROGRAMS) {
+        return format!(
+            "{last} (full, not writable, or mounted `noexec`); set XDG_CACHE_HOME there to a folder that takes programs"
+        );
+    }
     if has("GLIBC_") {
         return format!(
             "its C library is older than the one that rcdeploy was built for ({last}); build on a machine like it"
@@ -161,6 +179,70 @@ mod tests {
         let script = script("abc", 7);
         assert!(!script.contains(['\'', '\n', '!']), "{script}");
         assert!(script.contains("/rcdeploy-abc\"; "), "{script}");
+    }
+
+    /// The output of the script where these folders take no programs, and the file that became the
+    /// agent. `None` if the system lets no test mount.
+    fn run(noexec: &[&str]) -> Option<(String, String)> {
+        use std::io::Write;
+        let home = tempfile::tempdir().expect("a folder");
+        let mut mounts = String::from("mkdir -p .cache && mount -t tmpfs none /var/tmp");
+        for folder in noexec {
+            mounts.push_str(&format!(" && mount -t tmpfs -o noexec none {folder}"));
+        }
+        let program = "echo \"I am $0\"\n";
+        let script = script("abc", program.len() as u64);
+        let unshare = |words: &[&str]| {
+            let mut command = Command::new("unshare");
+            command.args(["--user", "--map-root-user", "--mount", "sh", "-c"]);
+            command.args(words).current_dir(home.path());
+            command
+                .env("HOME", home.path())
+                .env_remove("XDG_CACHE_HOME");
+            command
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped());
+            command
+        };
+        let probe = unshare(&[&mounts]).output();
+        probe.ok().filter(|output| output.status.success())?;
+        let whole = format!("{mounts} && exec sh -c \"$0\"");
+        let mut child = unshare(&[&whole, &script]).spawn().expect("a shell");
+        let mut input = child.stdin.take().expect("its input");
+        // The script may have refused.
+        let _ = input.write_all(program.as_bytes());
+        drop(input);
+        let output = child.wait_with_output().expect("its output");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("a text");
+        Some((text(output.stdout), text(output.stderr)))
+    }
+
+    #[test]
+    fn a_cache_without_programs_is_left_for_another_folder() {
+        let Some((out, _)) = run(&[]) else {
+            println!(
+                "skipped: a_cache_without_programs_is_left_for_another_folder: no test may mount"
+            );
+            return;
+        };
+        assert!(out.contains(&format!("{TOKEN} wants Linux ")), "{out}");
+        assert!(out.contains("/.cache/robocomp/rcdeploy-abc"), "{out}");
+        let (out, err) = run(&[".cache"]).expect("it could mount before");
+        assert!(
+            out.contains("I am /var/tmp/robocomp-0/rcdeploy-abc"),
+            "{out}{err}"
+        );
+        let (out, err) = run(&["/tmp", "/var/tmp", ".cache"]).expect("it could mount before");
+        assert_eq!(out, "", "{err}");
+        let host = Host {
+            name: "robot".to_owned(),
+            address: "10.0.0.2".to_owned(),
+            user: None,
+            workspace: None,
+        };
+        let told = explain(&host, "it ended", &err);
+        assert!(told.contains("/.cache, /var/tmp, /tmp (full,"), "{told}");
     }
 
     #[test]

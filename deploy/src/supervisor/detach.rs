@@ -150,7 +150,7 @@ fn start_limit(plan: &Plan) -> Duration {
 }
 
 /// The longest time until this plan has stopped.
-fn stop_limit(plan: &Plan) -> Duration {
+pub(crate) fn stop_limit(plan: &Plan) -> Duration {
     let components: Duration = plan.components.iter().map(|c| c.stop).sum();
     components + Duration::from_secs(10)
 }

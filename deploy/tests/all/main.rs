@@ -25,6 +25,7 @@ mod removed;
 mod restart;
 mod ros_names;
 mod secret;
+mod service;
 mod shared_program;
 mod start;
 mod stop;

@@ -35,6 +35,7 @@ mod pictures;
 mod plan;
 mod played;
 mod probe;
+mod processor;
 mod proposals;
 mod proxies;
 mod recorded;

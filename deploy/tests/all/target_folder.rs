@@ -31,6 +31,7 @@ fn rcdeploy(root: &Path, manifest: &str, args: &[&str]) -> Command {
     command.args(args).arg("deployments/hello.ddsl");
     command.current_dir(root).env_remove("CARGO_TARGET_DIR");
     command.env_remove("CARGO_BUILD_TARGET_DIR");
+    command.env_remove("CARGO_BUILD_TARGET");
     command
 }
 
@@ -81,6 +82,18 @@ fn programs_are_found_where_cargo_builds_them() {
         write(&config, "[build]\ntarget-dir = \"built\"\n");
         let report = check(&root, manifest, None);
         assert!(report.contains(&program("built")), "{report}");
+        // A platform that the user has set is a folder more, and the variable comes first.
+        let platform = "[build]\ntarget = \"robot-unknown-linux-gnu\"\n";
+        write(&config, platform);
+        let report = check(&root, manifest, None);
+        assert!(
+            report.contains(&program("target/robot-unknown-linux-gnu")),
+            "{report}"
+        );
+        let mut command = rcdeploy(&root, manifest, &CHECK);
+        let report =
+            super::target_folder::report(command.env("CARGO_BUILD_TARGET", "specs/arm.json"));
+        assert!(report.contains(&program("target/arm")), "{report}");
         std::fs::remove_file(config).expect("it was there");
     }
 }

@@ -87,10 +87,15 @@ impl Programs {
                     let target = target.map_err(cannot("prepare the build"))?;
                     let dependencies = self.workspaces.dependencies(&root);
                     let dependencies = dependencies.map_err(cannot("prepare the build"))?;
-                    let there =
-                        variant::stage(&root, &target, &components, &dependencies, middleware)?;
+                    let there = variant::stage(
+                        &root,
+                        &target.folder,
+                        &components,
+                        &dependencies,
+                        middleware,
+                    )?;
                     option("--manifest-path", there.manifest().into());
-                    option("--target-dir", target.into());
+                    option("--target-dir", target.folder.into());
                     staged = Some(there);
                 }
                 let packages = projects.into_keys().collect();
@@ -120,14 +125,15 @@ impl Programs {
         let dependencies = self.workspaces.dependencies(&root);
         let dependencies = dependencies.map_err(cannot("prepare the build"))?;
         let program = self.shared_program(process);
-        let staged = shared_process::stage(&root, &target, &program, members, &dependencies)?;
+        let staged =
+            shared_process::stage(&root, &target.folder, &program, members, &dependencies)?;
         let mut args: Vec<OsString> = ["build", "--workspace", "--profile", profile.word()]
             .map(Into::into)
             .to_vec();
         let mut option = |name: &str, value: OsString| args.extend([name.into(), value]);
         option("--bin", program.into());
         option("--manifest-path", staged.manifest().into());
-        option("--target-dir", target.into());
+        option("--target-dir", target.folder.into());
         Ok(Build {
             root,
             args,
@@ -151,7 +157,7 @@ impl Programs {
         let packages = scripts.keys().cloned().collect();
         let (mut has_tree, mut has_world) = (false, false);
         for (program, (project, variant)) in scripts {
-            let path = target.join(profile.folder()).join(program);
+            let path = target.programs(profile).join(program);
             match project.builder() {
                 Builder::Cmake => {
                     programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);

@@ -78,7 +78,7 @@ fn a_process_is_one_program_that_links_each_component_once() {
     network.programs.ask_no_cargo();
     let workspaces = Workspaces::default();
     workspaces.unasked.set(true);
-    let target = workspaces.target(folder.path()).expect("a folder");
+    let target = workspaces.target(folder.path()).expect("a folder").folder;
     let executable = |at| {
         network
             .programs

@@ -22,6 +22,7 @@ mod python_checkers;
 mod python_environment;
 mod python_worker;
 mod rcgen;
+mod robocomp;
 mod ros;
 mod ros_component;
 mod rosidl;

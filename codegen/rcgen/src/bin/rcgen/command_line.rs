@@ -176,13 +176,17 @@ pub(crate) enum Command {
     /// Makes an InnerModel file of a URDF file or a graph, or a graph of a URDF, InnerModel or DSR
     /// file; or joins graphs; or takes a graph over into another schema. Warnings list what does
     /// not fit.
+    ///
+    /// `rcgen import robocomp DIR --out WORKSPACE` takes over the components and networks of
+    /// RoboComp below a folder, and lists what stays to be done, also in IMPORT.md. A file that
+    /// exists stays as it is.
     Import {
-        /// The robot, or the graph of DSR; or graphs to join. Elements with the same id must be
-        /// equal.
-        #[arg(required = true, value_name = "FILE.urdf|FILE.xml|FILE.json|FILE.graph", add = files(&["urdf", "xml", "json", "graph"]))]
+        /// The robot, or the graph of DSR; or graphs to join, whose elements with the same id must be
+        /// equal; or the word `robocomp` and a folder.
+        #[arg(required = true, value_name = "FILE.urdf|FILE.xml|FILE.json|FILE.graph|robocomp DIR", add = files(&["urdf", "xml", "json", "graph"]))]
         files: Vec<PathBuf>,
-        /// The new file. Its extension chooses the format.
-        #[arg(long, value_name = "FILE.xml|FILE.graph")]
+        /// The new file, whose extension chooses the format; with `robocomp`, a folder.
+        #[arg(long, value_name = "FILE.xml|FILE.graph|DIR")]
         out: PathBuf,
         /// The other schema of a graph. Lists what it declares otherwise than the present one; if
         /// an element does not fit it, writes nothing.

@@ -18,6 +18,7 @@ mod innermodel;
 mod kinematics;
 mod prototypes;
 mod reports;
+mod robocomp;
 mod start;
 mod venv;
 
@@ -47,6 +48,7 @@ fn import(
         };
     }
     match files {
+        [word, folder] if word == Path::new("robocomp") => robocomp::import(folder, out, common),
         _ if is_graph(out) && files.iter().all(|file| is_graph(file)) => {
             graphs::join(files, out, common)
         }
