@@ -80,7 +80,7 @@ pub(crate) fn build(
         "--manifest-path".into(),
         framework.join("Cargo.toml").into(),
     ]);
-    args.extend(["--target-dir".into(), target.into()]);
+    args.extend(["--target-dir".into(), target.folder.clone().into()]);
     Ok(Some(args))
 }
 

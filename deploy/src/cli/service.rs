@@ -54,13 +54,13 @@ impl Manager {
 
     /// Runs `systemctl`, which is never waited for longer than it takes to queue a job.
     fn tell(&self, words: &[&str]) -> Result<(), Failure> {
-        let own = if self.user.is_some() {
-            &[][..]
-        } else {
-            &["--user"]
-        };
-        let words = [own, &["--no-block"], words].concat();
-        run("systemctl", &words).map_err(|reason| {
+        let mut all = Vec::new();
+        if self.user.is_none() {
+            all.push("--user");
+        }
+        all.push("--no-block");
+        all.extend(words);
+        run("systemctl", &all).map_err(|reason| {
             let advice = if self.user.is_some() {
                 "; it needs root"
             } else {
@@ -68,7 +68,7 @@ impl Manager {
             };
             system(&format_args!(
                 "`systemctl {}`: {reason}{advice}",
-                words.join(" ")
+                all.join(" ")
             ))
         })
     }

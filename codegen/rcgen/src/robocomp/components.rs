@@ -134,12 +134,10 @@ impl Component {
     /// What the configurations leave, each sentence once, and the code of the worker.
     fn take_notes(&mut self) {
         for settings in &self.settings {
-            for note in settings
-                .left
-                .iter()
-                .filter(|note| !self.left.contains(note))
-            {
-                self.left.push(note.clone());
+            for note in &settings.left {
+                if !self.left.contains(note) {
+                    self.left.push(note.clone());
+                }
             }
             for (topic, prefix) in &settings.prefixes {
                 self.left.push(clean(&format!(

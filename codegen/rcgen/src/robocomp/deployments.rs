@@ -48,8 +48,10 @@ fn of_toml(text: &str) -> Result<Vec<Node>, String> {
         let text = error.to_string();
         text.lines().next().unwrap_or_default().to_owned()
     })?;
-    let tables = document["components"].as_array_of_tables();
-    let nodes = tables.into_iter().flatten().map(|table| {
+    let tables = document
+        .get("components")
+        .and_then(|item| item.as_array_of_tables());
+    let node = |table: &toml_edit::Table| {
         let text = |key: &str| {
             table
                 .get(key)
@@ -63,8 +65,8 @@ fn of_toml(text: &str) -> Result<Vec<Node>, String> {
             after: Vec::new(),
             host: host(text("ice_name")),
         }
-    });
-    Ok(nodes.collect())
+    };
+    Ok(tables.map_or_else(Vec::new, |tables| tables.iter().map(node).collect()))
 }
 
 fn of_rcmanager(text: &str) -> Result<Vec<Node>, String> {

@@ -168,10 +168,10 @@ impl Import {
                 continue;
             };
             let is_named = |settings: &Settings| {
-                let name = settings.file.file_name();
+                let stem = settings.file.file_stem();
                 node.words
                     .iter()
-                    .any(|word| Path::new(word).file_name() == name)
+                    .any(|word| Path::new(word).file_stem() == stem)
             };
             let at = component.settings.iter().position(is_named);
             let words = &node.words;
@@ -316,7 +316,7 @@ fn connection(
     left: &mut Vec<String>,
 ) -> String {
     let Member { name, settings, .. } = member;
-    let proxies = settings.map_or(&[][..], |settings| &settings.proxies);
+    let proxies = settings.map_or(&[][..], |settings| &settings.proxies[..]);
     let address = proxies
         .iter()
         .find(|(proxy, _)| proxy == slot)
@@ -324,7 +324,7 @@ fn connection(
     let serves = |other: &&Member<'_>| {
         let endpoints = other
             .settings
-            .map_or(&[][..], |settings| &settings.endpoints);
+            .map_or(&[][..], |settings| &settings.endpoints[..]);
         endpoints
             .iter()
             .any(|(served, port)| served == slot && Some(*port) == address.map(|a| a.port))

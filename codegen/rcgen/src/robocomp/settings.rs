@@ -111,14 +111,13 @@ impl Settings {
             Value::Text(text) => text.as_str(),
             _ => "",
         };
-        let is_named = |name: &str| !name.is_empty();
         match path[..] {
             ["Ice" | "IceBox" | "IceStorm", ..]
             | ["TopicManager", ..]
             | ["Proxies", "TopicManager"]
             | ["CommonBehavior" | "CommonBehaviorComponent", "Endpoints"] => {}
             ["Period", "Compute"] => match &entry.value {
-                Value::Int(ms) => self.period = Some(*ms as f64),
+                Value::Int(ms) => self.period = i32::try_from(*ms).ok().map(f64::from),
                 Value::Float(ms) => self.period = Some(*ms),
                 Value::Text(ms) => self.period = ms.parse().ok(),
                 _ => {}
@@ -138,12 +137,10 @@ impl Settings {
                 }
             }
             ["Endpoints", name] | [name, "Endpoints"] => {
-                let topic = name.strip_suffix("Topic").filter(|name| is_named(name));
-                if topic.is_none()
-                    && let Some(address) = Address::parse(text)
-                {
-                    self.endpoints.push((name.to_owned(), address.port));
-                }
+                // A subscriber listens anywhere.
+                let address = Address::parse(text).filter(|_| !name.ends_with("Topic"));
+                self.endpoints
+                    .extend(address.map(|address| (name.to_owned(), address.port)));
             }
             ["Proxies", name] => self.take_proxy(name, text, &entry),
             [name] if name.len() > 5 && name.ends_with("Proxy") && text.contains(':') => {
