@@ -345,7 +345,29 @@ mod tests {
             assert_eq!(path, Path::new("robocomp-patrol.service"));
             text.to_owned()
         };
-        expect_test::expect![[r#""#]].assert_eq(&unit(&service));
+        expect_test::expect![[r##"
+            # Made by `rcdeploy install-service` for the network patrol from patrol.ddsl.
+            # The log: `journalctl --user -u robocomp-patrol.service`.
+
+            [Unit]
+            Description=The network patrol
+            Conflicts=robocomp-patrol.target
+            StartLimitIntervalSec=0
+
+            [Service]
+            Type=exec
+            ExecStart=:"/opt/my tools/rcdeploy" up --plain /robot/patrol.ddsl
+            WorkingDirectory=/robot
+            KillMode=mixed
+            TimeoutStopSec=13500ms
+            Restart=on-failure
+            RestartSec=5s
+            RestartPreventExitStatus=1 2
+
+            [Install]
+            WantedBy=default.target
+        "##]]
+        .assert_eq(&unit(&service));
         service.user = Some("pi");
         service.priority = Some(20);
         let system = unit(&service);

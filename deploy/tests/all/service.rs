@@ -7,7 +7,7 @@ use std::path::Path;
 /// A program that writes its arguments into a file, and fails if the file `refuse` exists.
 fn fake(site: &Site, name: &str) {
     let calls = site.path("calls");
-    let refuse = site.path("refuse");
+    let refuse = site.path("networks/refuse");
     let text = format!(
         "#!/bin/sh\necho {name} \"$@\" >> {}\n[ ! -e {} ] || {{ echo 'Failed to connect to bus' >&2; exit 1; }}\n",
         calls.display(),
@@ -28,7 +28,10 @@ fn install(site: &Site, words: &[&str]) -> CommandOutput {
     ]);
     command.args(words).arg(site.ddsl());
     let path = std::env::var("PATH").unwrap_or_default();
-    command.env("PATH", format!("{}:{path}", site.path("bin").display()));
+    command.env(
+        "PATH",
+        format!("{}:{path}", site.path("networks/bin").display()),
+    );
     command.env("XDG_CONFIG_HOME", site.path("config"));
     site.run(command)
 }
@@ -45,7 +48,7 @@ fn calls(site: &Site) -> Vec<String> {
 #[test]
 fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
     let site = Site::new("service");
-    std::fs::create_dir_all(site.path("bin")).expect("a folder");
+    std::fs::create_dir_all(site.path("networks/bin")).expect("a folder");
     ["systemctl", "loginctl"]
         .iter()
         .for_each(|name| fake(&site, name));
@@ -94,7 +97,7 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
             .contains("Failed to connect to bus; a login by `su`"),
         "{refused:?}"
     );
-    std::fs::remove_file(site.path("refuse")).expect("it was there");
+    std::fs::remove_file(site.path("networks/refuse")).expect("it was there");
     calls(&site);
     let removed = install(&site, &["--remove"]);
     assert_eq!((removed.code, unit.exists()), (0, false), "{removed:?}");

@@ -120,13 +120,27 @@ Kinematics mobile
         1e-12,
     );
     let jacobian = of("jacobian_wrist_in_floor");
-    near(&[jacobian[3], jacobian[6 + 4], jacobian[30 + 5]], &[1.0; 3], 1e-12);
+    near(
+        &[jacobian[3], jacobian[6 + 4], jacobian[30 + 5]],
+        &[1.0; 3],
+        1e-12,
+    );
     // Sliding moves all that the base carries.
-    let mass: f64 = mobile.robot.bodies.iter().filter_map(|body| Some(body.inertia?.mass)).sum();
+    let mass: f64 = mobile
+        .robot
+        .bodies
+        .iter()
+        .filter_map(|body| Some(body.inertia?.mass))
+        .sum();
     near(&[of("mass_matrix")[3 * 6 + 3]], &[mass], 1e-12);
-    let target: Vec<[f64; 4]> = floor.chunks(4).map(|row| [row[0], row[1], row[2], row[3]]).collect();
+    let target: Vec<[f64; 4]> = floor
+        .chunks(4)
+        .map(|row| [row[0], row[1], row[2], row[3]])
+        .collect();
     let target: [[f64; 4]; 4] = target.try_into().expect("four rows");
-    let found = mobile.inverses[0].positions(&target, &[0.0; 6]).expect("positions");
+    let found = mobile.inverses[0]
+        .positions(&target, &[0.0; 6])
+        .expect("positions");
     assert!(found.1.reached, "{found:?}");
 }
 
@@ -189,7 +203,10 @@ fn a_four_bar_linkage_stays_closed() {
     let rate = |state: &State| output(go, "accelerations", state, &[0.0; 3]);
     let ahead = |state: &State, (velocities, accelerations): (&[f64], &[f64]), time: f64| {
         let moved = |all: &[f64], by: &[f64]| -> Vec<f64> {
-            all.iter().zip(by).map(|(one, by)| one + by * time).collect()
+            all.iter()
+                .zip(by)
+                .map(|(one, by)| one + by * time)
+                .collect()
         };
         State {
             positions: moved(&state.positions, velocities),
@@ -206,12 +223,21 @@ fn a_four_bar_linkage_stays_closed() {
         state.positions = output(keep, "closed_positions", &state, &[0.0; 3]);
         state.velocities = output(rates, "closed_velocities", &state, &[0.0; 3]);
         let errors = output(keep, "loop_errors", &state, &[0.0; 3]);
-        worst = errors.iter().fold(worst, |most, error| most.max(error.abs()));
-        fastest = state.velocities.iter().fold(fastest, |most, speed| most.max(speed.abs()));
+        worst = errors
+            .iter()
+            .fold(worst, |most, error| most.max(error.abs()));
+        fastest = state
+            .velocities
+            .iter()
+            .fold(fastest, |most, speed| most.max(speed.abs()));
     }
     assert!(worst < 1e-12, "{worst}");
     assert!(fastest > 1.0, "{fastest}");
-    assert!((energy(&state) - before).abs() < 1e-4, "{before} {}", energy(&state));
+    assert!(
+        (energy(&state) - before).abs() < 1e-4,
+        "{before} {}",
+        energy(&state)
+    );
 }
 
 /// Two arms with one bar, and the linkage: accelerations and forces of Pinocchio's constrained dynamics.
@@ -264,11 +290,21 @@ Kinematics both
             let mut state = State::still(random(&mut numbers, count, 1.0));
             // From afar, it takes several calls.
             for _ in 0..20 {
-                let closed = output(solver("close"), "closed_positions", &state, &vec![0.0; count]);
+                let closed = output(
+                    solver("close"),
+                    "closed_positions",
+                    &state,
+                    &vec![0.0; count],
+                );
                 state.positions = closed;
             }
             state.velocities = random(&mut numbers, count, 1.0);
-            state.velocities = output(solver("rates"), "closed_velocities", &state, &vec![0.0; count]);
+            state.velocities = output(
+                solver("rates"),
+                "closed_velocities",
+                &state,
+                &vec![0.0; count],
+            );
             let efforts = random(&mut numbers, count, 9.0);
             own.push((
                 output(solver("go"), "accelerations", &state, &efforts),
@@ -303,7 +339,9 @@ Kinematics both
     for ((accelerations, forces), other) in own.iter().zip(other.as_array().expect("a list")) {
         let list = |name: &str| -> Vec<f64> {
             let all = other[name].as_array().expect("a list");
-            all.iter().map(|one| one.as_f64().expect("a number")).collect()
+            all.iter()
+                .map(|one| one.as_f64().expect("a number"))
+                .collect()
         };
         // A start from which the arms do not meet says nothing.
         if other["error"].as_f64().expect("a number") > 1e-9 {
@@ -311,7 +349,10 @@ Kinematics both
         }
         seen += 1;
         let scale = |all: &[f64]| all.iter().fold(1.0, |most: f64, one| most.max(one.abs()));
-        for (one, two) in [(accelerations, list("accelerations")), (forces, list("forces"))] {
+        for (one, two) in [
+            (accelerations, list("accelerations")),
+            (forces, list("forces")),
+        ] {
             let most = 1e-6 * scale(&two);
             for (a, b) in one.iter().zip(&two) {
                 assert!((a - b).abs() < most, "{one:?} {two:?}");

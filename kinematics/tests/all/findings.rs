@@ -107,7 +107,11 @@ fn robots_are_told_where_they_are_imported() {
     expect![[r#"
         cell.kdsl:2:8: error[import-not-found]: cannot find `amr.urdf`; searched in memory (did you mean `arm.urdf`?)
     "#]].assert_eq(&of(&second));
-    let second = crate::load_beside(&second, &[("arm.urdf", crate::ARM), ("amr.urdf", crate::ARM)]).1;
+    let second = crate::load_beside(
+        &second,
+        &[("arm.urdf", crate::ARM), ("amr.urdf", crate::ARM)],
+    )
+    .1;
     expect![[r#"
         cell.kdsl:2:8: error[second-robot]: a second robot is imported without a name; the first one at cell.kdsl:1:8 (write `import "FILE" as NAME;`, which makes its links and joints `NAME.LINK` and `NAME.JOINT`)
     "#]].assert_eq(&second);

@@ -109,14 +109,14 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
         "{text}"
     );
     assert_eq!(params(&site, &["dump", net]).stdout, text);
-    let set = ["set", net, "avoider", "speed=310", "monitor", "period=25ms"];
+    let set = ["set", net, "avoider", "speed=310", "turn_speed=0.7"];
     let set = params(&site, &set);
     assert_eq!(set.code, 0, "{set:?}");
     let load = params(&site, &["load", net, kept]);
     assert_eq!(load.code, 0, "{load:?}");
     assert_eq!(
         load.stdout,
-        "avoider.speed: 310.0 -> 400.0\nmonitor.period: \"25ms\" -> \"20ms\"\n"
+        "speed: 310.0 -> 400.0\nturn_speed: 0.7 -> 0.8\n"
     );
     let again = params(&site, &["load", kept]);
     assert_eq!(again.stdout, "these are the values already\n", "{again:?}");
