@@ -2,12 +2,14 @@
 //! print it as data, and the headers of `cpp/include` hold the code.
 
 pub(crate) mod component;
+mod in_place;
 mod library;
 mod machine;
 pub(crate) mod names;
 pub(crate) mod packages;
 mod parameters;
 pub(crate) mod print;
+pub(crate) mod stubs;
 mod types;
 mod words;
 
@@ -31,12 +33,6 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     };
     collisions::check(&component.library, &NAMING, found);
     words::check(component, found);
-    for slot in component.slots.iter().filter(|slot| slot.is_array) {
-        refuse(found, slot.span, "slot arrays");
-    }
-    for slot in component.slots.iter().filter(|slot| slot.asynchronous) {
-        refuse(found, slot.span, "queries that end later");
-    }
     for collect in &component.collects {
         let handler = names::own(&collect.name.text);
         let members = ["ctx", "machine", "params"];

@@ -129,6 +129,9 @@ fn slot(view: &view::Component, slot: &Slot, guest: &Guest) -> Value {
     if slot.is_array {
         all["is_array"] = true.into();
     }
+    if slot.asynchronous {
+        all["asynchronous"] = true.into();
+    }
     if !slot.external_types.is_empty() {
         all["external_types"] = slot.external_types.clone().into();
     }

@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::project::Project;
 use crate::purpose::Purpose;
 use crate::rust::print::Printer;
-use crate::stubs::{Lacking, Stubs};
+use crate::stubs::{Compare, Lacking};
 use crate::templates::TemplateError;
 use crate::{cpp, dependencies, python, requirements, rust, stubs, view};
 use rc_cdsl::Component;
@@ -24,14 +24,13 @@ pub(crate) struct Generator {
     pub(crate) print:
         fn(&view::Component, &Component, &str, &mut Files) -> Result<(), TemplateError>,
     /// The file of the first test of a component, which is not written once there is a worker.
-    /// Empty in a language without one.
     pub(crate) first_test: &'static str,
     /// Compares a component that is generated into a folder with the existing one.
     pub(crate) compare: fn(&Project, Middleware, &Path, &mut Diagnostics) -> io::Result<()>,
     /// Compares the worker that is there with the description.
     pub(crate) worker: fn(&Project, &mut SourceMap, &mut Diagnostics) -> io::Result<()>,
     /// How the writer of a worker learns which handlers it lacks.
-    pub(crate) stubs: Stubs,
+    pub(crate) stubs: Compare,
     /// The pieces of the worker in a folder, each with the location of its name, in the order of the
     /// text.
     pub(crate) handlers: fn(&Project, &Path, &mut SourceMap) -> io::Result<Vec<(Purpose, Span)>>,
@@ -58,7 +57,7 @@ static RUST: Generator = Generator {
         found.extend(contexts.map_err(io::Error::other)?);
         Ok(())
     },
-    stubs: Stubs::Printed(stubs::lacking),
+    stubs: stubs::lacking,
     handlers: stubs::handlers,
 };
 
@@ -85,7 +84,7 @@ static PYTHON: Generator = Generator {
         found.extend(requirements::compare(&project.component, project.code()).1);
         python::stubs::check(project, sources, found)
     },
-    stubs: Stubs::Printed(|project, folder, sources| {
+    stubs: |project, folder, sources| {
         let (missing, found) = python::stubs::of(project, folder, sources)?;
         let lacking = missing.map(|missing| Lacking {
             text: missing.text(),
@@ -93,7 +92,7 @@ static PYTHON: Generator = Generator {
             total: missing.total(),
         });
         Ok((lacking, found))
-    }),
+    },
     handlers: python::places::of,
 };
 
@@ -101,13 +100,10 @@ static CPP: Generator = Generator {
     name: cpp::names::component,
     names: cpp::check,
     print: |view, _, _, files| cpp::print::files(view, files),
-    first_test: "",
+    first_test: cpp::print::FIRST_TEST,
     compare: |_, _, _, _| Ok(()),
     worker: |_, _, _| Ok(()),
-    stubs: Stubs::NamedByCompiler(
-        "the compiler names each handler that is missing, a pure virtual function of generated/genericworker.h, \
-         which has its signature",
-    ),
+    stubs: |project, folder, sources| Ok(cpp::stubs::of(project, folder, sources)?),
     handlers: |_, _, _| Ok(Vec::new()),
 };
 

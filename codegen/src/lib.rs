@@ -16,6 +16,7 @@ pub mod dependencies;
 pub mod description;
 pub mod export;
 pub mod files;
+pub mod from_robocomp;
 pub mod generate;
 pub mod generation;
 mod generator;

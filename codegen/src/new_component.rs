@@ -151,6 +151,23 @@ impl NewComponent {
         ))
     }
 
+    /// The language of an existing description; none if it names no known one.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn language_of(from: &Path) -> Result<Option<Language>, Error> {
+        let text = rc_files::read(from).map_err(|error| paths::named(from, &error))?;
+        let mut sources = SourceMap::new();
+        let source = sources.add(from, &text);
+        let (file, _) = rc_cdsl::parse(&sources, source);
+        let clauses = file.component.into_iter().flat_map(|of| of.clauses);
+        let mut words = clauses.filter_map(|(_, clause)| match clause {
+            Clause::Language(word) => Some(word.text),
+            _ => None,
+        });
+        Ok(words.find_map(|word| Language::from_file(&word)))
+    }
+
     /// The text of an existing description, for a component of this name and language, and the
     /// files next to it that it names.
     fn renamed(&self, from: &Path, files: &mut Files) -> Result<String, Error> {

@@ -187,15 +187,6 @@ pub struct Lacking {
 pub type Compare =
     fn(&Project, &Path, &mut SourceMap) -> Result<(Option<Lacking>, Diagnostics), Error>;
 
-/// How the writer of a worker learns which handlers it lacks.
-#[derive(Clone, Copy)]
-pub enum Stubs {
-    /// `rcgen stubs` prints them.
-    Printed(Compare),
-    /// The compiler of the language names them: how, for people.
-    NamedByCompiler(&'static str),
-}
-
 /// Finds the missing parts of a worker in Rust.
 ///
 /// # Errors

@@ -3,13 +3,13 @@
 use crate::generator;
 use crate::project::Project;
 use crate::purpose::Purpose;
-use crate::stubs::Stubs;
+use crate::stubs::Compare;
 use rc_diagnostics::{SourceMap, Span};
 use std::io;
 
 /// How its writer learns which handlers it lacks. A component in an unknown language counts as one in
 /// Rust.
-pub fn stubs(project: &Project) -> Stubs {
+pub fn stubs(project: &Project) -> Compare {
     generator::of(project.language().unwrap_or_default()).stubs
 }
 

@@ -26,6 +26,11 @@ if(NOT TARGET robocomp::robocomp)
     INTERFACE_LINK_LIBRARIES "${CMAKE_DL_LIBS}")
 endif()
 
+option(ROBOCOMP_TESTS "Build the tests of components" OFF)
+if(ROBOCOMP_TESTS)
+  enable_testing()
+endif()
+
 # The program `program` of the component whose CMakeLists.txt includes generated/component.cmake.
 # ROBOCOMP_PROGRAMS is the folder that it is built into, ROBOCOMP_PROGRAM another name for it;
 # `rcdeploy up --build` sets both.
@@ -45,4 +50,27 @@ function(robocomp_component name program)
   if(ROBOCOMP_PROGRAMS)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${ROBOCOMP_PROGRAMS}")
   endif()
+endfunction()
+
+# A test of the component `name`, with the sources and libraries that its program has here: a program whose
+# `main` uses generated/testing.h. With ROBOCOMP_TESTS=ON it is built, and ctest runs it.
+function(robocomp_test name)
+  if(NOT ROBOCOMP_TESTS)
+    return()
+  endif()
+  get_target_property(sources ${name} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "generated/main\\.cpp$")
+  get_target_property(libraries ${name} LINK_LIBRARIES)
+  foreach(test IN LISTS ARGN)
+    get_filename_component(test_name ${test} NAME_WE)
+    set(target ${name}_${test_name})
+    add_executable(${target} ${test} ${sources})
+    target_include_directories(${target} PRIVATE generated src)
+    target_link_libraries(${target} PRIVATE ${libraries})
+    target_compile_definitions(${target} PRIVATE
+      "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
+    set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF ENABLE_EXPORTS ON)
+    add_test(NAME ${target} COMMAND ${target})
+    set_tests_properties(${target} PROPERTIES TIMEOUT 60)
+  endforeach()
 endfunction()

@@ -5,8 +5,11 @@
     reason = "pointers of another language; each block has its argument"
 )]
 
-use crate::component::{Component, Function};
+use crate::bench::{self, Act};
+use crate::call::{Call, Guest};
+use crate::component::Component;
 use crate::context::{self, Get, Set};
+use crate::handles;
 use crate::status::{Answer, INTERNAL};
 use rc_host::Program;
 use rc_runtime::tracing;
@@ -17,7 +20,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// The version of this interface, `RC_ABI_VERSION` of `abi.h`: raised with every change of it.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The exit code of a component that cannot start.
 const NOT_STARTED: u8 = 3;
@@ -31,9 +34,17 @@ pub struct Bytes {
 }
 
 impl Bytes {
-    fn of(bytes: &[u8]) -> Self {
+    pub(crate) fn of(bytes: &[u8]) -> Self {
         Self {
             data: bytes.as_ptr(),
+            size: bytes.len(),
+        }
+    }
+
+    /// Memory that the program may write.
+    pub(crate) fn writable(bytes: &mut [u8]) -> Self {
+        Self {
+            data: bytes.as_mut_ptr(),
             size: bytes.len(),
         }
     }
@@ -68,35 +79,46 @@ pub struct RawAnswer {
     bytes: Bytes,
 }
 
-/// The function of the headers that runs one of the worker's. It throws nothing.
-type RawCall = unsafe extern "C" fn(*mut c_void, i32, usize, usize, Bytes, Bytes) -> RawAnswer;
-
-/// A worker in C++.
-struct Guest {
-    call: RawCall,
-    object: *mut c_void,
+/// `rc_call`: a call of a function of the worker.
+#[repr(C)]
+pub struct RawCall {
+    function: i32,
+    first: usize,
+    second: usize,
+    name: Bytes,
+    member: usize,
+    body: Bytes,
+    held: u64,
+    status: i32,
+    number: i64,
 }
 
-impl Guest {
-    /// Runs a function of the worker.
-    fn call(&self, function: Function, numbers: (usize, usize), name: &str, body: &[u8]) -> Answer {
-        let (name, body) = (Bytes::of(name.as_bytes()), Bytes::of(body));
-        // SAFETY: `robocomp_run` got the function with its object, which live until it returns, and this
-        // is its thread. Both texts live until the function returns, which keeps no pointer.
-        let answer = unsafe {
-            (self.call)(
-                self.object,
-                function as i32,
-                numbers.0,
-                numbers.1,
-                name,
-                body,
-            )
+/// The function of the headers that runs one of the worker's. It throws nothing.
+type RawGuest = unsafe extern "C" fn(*mut c_void, *const RawCall) -> RawAnswer;
+
+/// Functions in C++ with their object: a worker, or the fakes of a test.
+fn guest(run: RawGuest, object: *mut c_void) -> Guest {
+    Box::new(move |call: &Call<'_>| {
+        let call = RawCall {
+            function: call.function as i32,
+            first: call.numbers.0,
+            second: call.numbers.1,
+            name: Bytes::of(call.name.as_bytes()),
+            member: call.member,
+            body: call.image.unwrap_or(Bytes::of(call.body)),
+            held: call.held,
+            status: call.ended.0,
+            number: call.ended.1,
         };
+        // SAFETY: the program handed over the function with its object, which live until
+        // `robocomp_run` returns or the bench closes, and this is its thread. Name and body live until the
+        // function returns, which keeps no pointer, except of an image, which lives until the program drops
+        // its number.
+        let answer = unsafe { run(object, &raw const call) };
         // SAFETY: the object keeps the bytes of its answer until its next call.
         let bytes = unsafe { answer.bytes.to_vec() };
         Answer::new(answer.status, answer.number, bytes)
-    }
+    })
 }
 
 thread_local! {
@@ -131,8 +153,41 @@ pub struct RawProgram {
     release: Bytes,
     description: Bytes,
     folder: Bytes,
-    call: RawCall,
+    call: RawGuest,
     object: *mut c_void,
+}
+
+/// Why a program of another version cannot run; `None` for one of this version.
+///
+/// # Safety
+/// `program` begins as every `rc_program`.
+unsafe fn other_version(program: *const RawProgram) -> Option<String> {
+    // SAFETY: every version begins with its number and the text of its release.
+    let (version, release) = unsafe { ((*program).version, (*program).release.to_text()) };
+    let own = env!("CARGO_PKG_VERSION");
+    (version != VERSION).then(|| {
+        format!(
+            "this program was built with the headers of robocomp {release}, whose interface is version \
+             {version}; librobocomp_cpp.so is of robocomp {own}, whose interface is version {VERSION}; \
+             build the program again: `rcdeploy up --build`"
+        )
+    })
+}
+
+/// Reads the description of a program.
+///
+/// # Safety
+/// `program` is a whole `rc_program` of this version, whose texts are readable.
+unsafe fn read_program(program: *const RawProgram) -> Result<Arc<Program>, String> {
+    // SAFETY: the caller says so.
+    let (description, folder) = unsafe {
+        let program = &*program;
+        (program.description.to_text(), program.folder.to_text())
+    };
+    match Program::read(&description) {
+        Ok(program) => Ok(Arc::new(program.in_folder(folder))),
+        Err(error) => Err(format!("{error}; generate the component again")),
+    }
 }
 
 /// Runs a component until it ends. Returns the exit code.
@@ -146,22 +201,20 @@ pub unsafe extern "C" fn robocomp_run(
     count: usize,
     arguments: *const *const std::ffi::c_char,
 ) -> i32 {
-    // SAFETY: every version begins with its number and the text of its release.
-    let (version, release) = unsafe { ((*program).version, (*program).release.to_text()) };
-    let own = env!("CARGO_PKG_VERSION");
-    if version != VERSION {
-        eprintln!(
-            "error: this program was built with the headers of robocomp {release}, whose interface is version \
-             {version}; librobocomp_cpp.so is of robocomp {own}, whose interface is version {VERSION}; \
-             build the program again: `rcdeploy up --build`"
-        );
+    // SAFETY: every version begins so.
+    if let Some(error) = unsafe { other_version(program) } {
+        eprintln!("error: {error}");
         return NOT_STARTED.into();
     }
-    // SAFETY: the version is that of this structure, and its texts live until this returns.
-    let (description, folder, call, object) = unsafe {
-        let program = &*program;
-        let (description, folder) = (program.description.to_text(), program.folder.to_text());
-        (description, folder, program.call, program.object)
+    // SAFETY: the version is that of this structure, which lives until this returns.
+    let (call, object) = unsafe { ((*program).call, (*program).object) };
+    // SAFETY: as above.
+    let program = match unsafe { read_program(program) } {
+        Ok(program) => program,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return NOT_STARTED.into();
+        }
     };
     // SAFETY: `arguments` are `count` texts of C.
     let arguments = unsafe {
@@ -171,24 +224,13 @@ pub unsafe extern "C" fn robocomp_run(
             .collect::<Vec<_>>()
     };
     let run = || {
-        let program = match Program::read(&description) {
-            Ok(program) => Arc::new(program.in_folder(folder)),
-            Err(error) => {
-                eprintln!("error: {error}; generate the component again");
-                return NOT_STARTED;
-            }
-        };
         let description = program.description;
         let own = std::env::current_exe().unwrap_or_default();
         rc_runtime::run_with(
             description,
             move |core, ports: &_, values: &_| {
                 context::enter(&program);
-                let guest = Guest { call, object };
-                let guest = move |function, numbers, name: &_, body: &_| {
-                    guest.call(function, numbers, name, body)
-                };
-                Component::start(program, Box::new(guest), core, ports, values)
+                Component::start(program, guest(call, object), core, ports, values)
             },
             arguments,
             own,
@@ -206,6 +248,52 @@ pub unsafe extern "C" fn robocomp_call(slot: usize, operation: usize, body: Byte
     // SAFETY: the caller says so.
     let body = unsafe { body.to_vec() };
     answer(|| context::call(slot, operation, &body))
+}
+
+/// Starts a query. The number of the answer is that of the call.
+///
+/// # Safety
+/// The bytes of `body` are readable.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn robocomp_start(slot: usize, operation: usize, body: Bytes) -> RawAnswer {
+    // SAFETY: the caller says so.
+    let body = unsafe { body.to_vec() };
+    answer(|| context::start(slot, operation, &body))
+}
+
+/// Takes the result of a started call, once.
+#[unsafe(no_mangle)]
+pub extern "C" fn robocomp_take(slot: usize, call: u64) -> RawAnswer {
+    answer(|| context::take(slot, call))
+}
+
+/// Begins a sample in place. The answer has its number, and memory that the program may write until it
+/// sends or drops the number.
+#[unsafe(no_mangle)]
+pub extern "C" fn robocomp_loan(slot: usize, operation: usize) -> RawAnswer {
+    let mut memory = None;
+    let mut begun = answer(|| {
+        let (begun, bytes) = context::loan(slot, operation)?;
+        memory = Some(bytes);
+        Ok(begun)
+    });
+    if let Some(memory) = memory {
+        begun.bytes = memory;
+    }
+    begun
+}
+
+/// Publishes a sample in place.
+#[unsafe(no_mangle)]
+pub extern "C" fn robocomp_send(loan: u64) -> RawAnswer {
+    answer(|| context::send(loan))
+}
+
+/// Ends a view, a loan, or a started call, from any thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn robocomp_drop(number: u64) {
+    // What cannot be dropped stays.
+    let _ = catch_unwind(|| handles::drop_held(number));
 }
 
 /// Publishes a sample.
@@ -287,4 +375,60 @@ pub unsafe extern "C" fn robocomp_log(level: u32, text: Bytes) {
         3 => tracing::info!("{text}"),
         _ => tracing::debug!("{text}"),
     });
+}
+
+/// Opens the bench of a test on this thread: the component with fake peers. `program.call` is the
+/// function that answers for them.
+///
+/// # Safety
+/// `program` is a whole `rc_program` of the version that it names first. Its function and object live
+/// until the bench closes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn robocomp_test_open(program: *const RawProgram) -> RawAnswer {
+    answer(|| {
+        let failed = |error: String| Answer::new(INTERNAL, 0, error);
+        // SAFETY: every version begins so.
+        if let Some(error) = unsafe { other_version(program) } {
+            return Err(failed(error));
+        }
+        // SAFETY: the version is that of this structure, which lives until this returns.
+        let fakes = unsafe { guest((*program).call, (*program).object) };
+        // SAFETY: as above.
+        let program = unsafe { read_program(program) }.map_err(failed)?;
+        bench::open(program, fakes)
+    })
+}
+
+/// Makes the worker under test, with these values of its parameters.
+///
+/// # Safety
+/// The bytes of `parameters` are readable; the function and its object live until the bench closes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn robocomp_test_start(
+    call: RawGuest,
+    object: *mut c_void,
+    parameters: Bytes,
+) -> RawAnswer {
+    // SAFETY: the caller says so.
+    let parameters = unsafe { parameters.to_vec() };
+    answer(|| bench::start(guest(call, object), &parameters))
+}
+
+/// Does something with the bench, an `enum rc_test_what`.
+///
+/// # Safety
+/// The bytes of `text` are readable.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn robocomp_test(
+    what: u32,
+    slot: usize,
+    value: i64,
+    text: Bytes,
+) -> RawAnswer {
+    // SAFETY: the caller says so.
+    let text = unsafe { text.to_text() };
+    answer(|| match Act::ALL.get(what as usize) {
+        Some(act) => bench::act(*act, slot, value, &text),
+        None => Err(unknown(what)),
+    })
 }

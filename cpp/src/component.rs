@@ -1,98 +1,55 @@
 //! A worker in C++ as the runtime sees it.
 
-use crate::context::age;
+use crate::call::{Call, Function, Guest};
+use crate::context::{age, of_ended};
+use crate::handles;
 use crate::parameters;
 use crate::status::{Answer, DONE, EXCEPTION};
 use rc_configuration::Parameters;
 use rc_host::link;
-use rc_host::{Number, Operation, Program, Session, read, session, undecodable, write};
-use rc_middleware::typed::{HandlerError, Request};
-use rc_middleware::{Encoding, Writer};
+use rc_host::{
+    Image, KeptCounts, Operation, Program, Sample, Session, drop_abandoned, read, session,
+    undecodable, write,
+};
+use rc_middleware::started::Awaiting;
+use rc_middleware::typed::{HandlerError, Request, TypedClient};
+use rc_middleware::{CallError, Encoding, Writer};
 use rc_runtime::adapter::{Adapter, Joined, Living};
 use rc_runtime::lifecycle::Hook;
 use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
 use rc_runtime::{
-    Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values, WorkerError,
+    Body, CallEnd, Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values,
+    WorkerError,
 };
 use rc_values::{Struct, Value, decode, encode_body};
 use std::sync::Arc;
-
-/// The functions of a worker, `enum rc_function` of `abi.h`.
-#[derive(Clone, Copy)]
-#[repr(i32)]
-pub(crate) enum Function {
-    /// Makes the worker, sets its parameters and runs `initialize`.
-    Initialize,
-    Compute,
-    SetParameters,
-    ParametersChanged,
-    Emergency,
-    Restore,
-    Finalize,
-    Transition,
-    Error,
-    Entry,
-    Exit,
-    During,
-    Guard,
-    Action,
-    Handle,
-    /// Handles a collection.
-    Collected,
-    /// Ends the worker.
-    End,
-}
-
-/// Runs a function of the worker in C++: with two numbers, a name and a body.
-pub(crate) type Guest = Box<dyn Fn(Function, (usize, usize), &str, &[u8]) -> Answer>;
 
 /// A running worker with its context.
 pub(crate) struct Component {
     program: Arc<Program>,
     schema: Option<Parameters>,
-    /// Not here while a function of the worker runs, as `machine`: the session of the thread has
-    /// them.
-    core: Option<Core>,
-    machine: Option<Machine<Number, Number>>,
+    /// Not here while a function of the worker runs: it is the session of the thread.
+    session: Option<Session>,
+    kept: KeptCounts,
     guest: Guest,
 }
 
-/// Lends core and machine to the session while a function of the worker runs. A panic gives them
-/// back, too: the runtime reads the machine for its message.
-struct ContextLoan<'j> {
-    component: &'j mut Component,
-    core: Option<Core>,
-    machine: Option<Machine<Number, Number>>,
+/// Makes a session that of the thread while a function of the worker runs. A panic gives it back,
+/// too: the runtime reads the machine for its message.
+pub(crate) struct Entered<'s>(&'s mut Option<Session>);
+
+impl<'s> Entered<'s> {
+    pub(crate) fn new(session: &'s mut Option<Session>) -> Self {
+        // Samples whose last view ended on another thread since the last function.
+        drop_abandoned();
+        session::swap(session);
+        Self(session)
+    }
 }
 
-impl Drop for ContextLoan<'_> {
+impl Drop for Entered<'_> {
     fn drop(&mut self) {
-        (self.component.core, self.component.machine) = (self.core.take(), self.machine.take());
-    }
-}
-
-/// A call of a function of the worker.
-struct Call<'c> {
-    function: Function,
-    /// Numbers of a slot and an operation, of a state, of a guard or an action.
-    numbers: (usize, usize),
-    /// The member of a slot array, or the transition of an error.
-    name: &'c str,
-    body: &'c [u8],
-}
-
-impl Call<'static> {
-    fn of(function: Function) -> Self {
-        Self::numbered(function, 0)
-    }
-
-    fn numbered(function: Function, number: u16) -> Self {
-        Self {
-            function,
-            numbers: (number.into(), 0),
-            name: "",
-            body: &[],
-        }
+        session::swap(self.0);
     }
 }
 
@@ -106,51 +63,44 @@ impl Component {
         values: &Values,
     ) -> Result<Adapter<Self>, StartError> {
         let is_managed = program.description.managed;
-        Session::open(&program, ports)?.begin();
-        let machine = program.machine;
-        let schema = program
-            .description
-            .parameters
-            .and_then(|json| Parameters::from_json(json).ok());
+        let session = open(&program, core, ports)?;
+        let body = parameters::encode(schema(&program).as_ref(), values);
+        let component = Self::initialize(program, guest, session, &body)?;
+        Adapter::new(component, is_managed, ports)
+    }
+
+    /// Makes the worker with encoded values of its parameters, and initializes it.
+    pub(crate) fn initialize(
+        program: Arc<Program>,
+        guest: Guest,
+        session: Session,
+        parameters: &[u8],
+    ) -> Result<Self, WorkerError> {
         let mut component = Self {
-            schema,
-            core: Some(core),
-            machine: machine.map(|of| Machine::new(&of.chart, of.external.as_slice())),
+            schema: schema(&program),
+            session: Some(session),
+            kept: KeptCounts::default(),
             program,
             guest,
         };
-        let body = parameters::encode(component.schema.as_ref(), values);
         let made = component.run(&Call {
-            body: &body,
+            body: parameters,
             ..Call::of(Function::Initialize)
         });
         // Its drop ends worker and session.
         made.outcome().unwrap_or(Ok(()))?;
-        Adapter::new(component, is_managed, ports)
+        Ok(component)
+    }
+
+    /// Its session, between two functions of the worker.
+    pub(crate) fn session(&mut self) -> &mut Option<Session> {
+        &mut self.session
     }
 
     /// Runs a function of the worker.
     fn run(&mut self, call: &Call<'_>) -> Answer {
-        let (core, machine) = (self.core.take(), self.machine.take());
-        let mut loan = ContextLoan {
-            component: self,
-            core,
-            machine,
-        };
-        let ContextLoan {
-            component,
-            core,
-            machine,
-        } = &mut loan;
-        session::lend(core, machine, || {
-            let Call {
-                function,
-                numbers,
-                name,
-                body,
-            } = *call;
-            (component.guest)(function, numbers, name, body)
-        })
+        let _entered = Entered::new(&mut self.session);
+        (self.guest)(call)
     }
 
     /// Runs a function that takes nothing.
@@ -179,23 +129,66 @@ impl Component {
         request: &Value,
     ) -> Result<Answer, HandlerError> {
         let body = encode_body(request).map_err(undecodable)?;
-        let answer = self.run(&Call {
-            function: Function::Handle,
-            numbers,
-            name: member.map_or("", |member| member.name()),
+        let call = Call {
             body: &body,
-        });
+            ..Call::of_slot(Function::Handle, numbers, member)
+        };
+        self.handled(&operation.handler, &call)
+    }
+
+    /// Runs the handler of a sample in place. The worker drops the image, unless it keeps it.
+    fn view(
+        &mut self,
+        numbers: (usize, usize),
+        member: Option<&Member>,
+        operation: &Operation,
+        image: Image,
+    ) -> Result<(), HandlerError> {
+        let (held, memory) = handles::hold_image(image);
+        let call = Call {
+            image: Some(memory),
+            held,
+            ..Call::of_slot(Function::Handle, numbers, member)
+        };
+        self.handled(&operation.handler, &call).map(drop)
+    }
+
+    /// Runs a handler. `name` is its name in messages.
+    fn handled(&mut self, name: &str, call: &Call<'_>) -> Result<Answer, HandlerError> {
+        let answer = self.run(call);
+        let failed = |reason: &str| HandlerError(format!("{name}(): {reason}"));
         match answer.outcome() {
             Some(Ok(())) => Ok(answer),
-            None => Err(failed(operation, "the worker has no such function")),
+            None => Err(failed("the worker has no such function")),
             Some(Err(error)) => {
                 if let WorkerError::Fatal(reason) = &error {
                     Hooks::core(self).fail(reason);
                 }
-                Err(failed(operation, &error.to_string()))
+                Err(failed(&error.to_string()))
             }
         }
     }
+}
+
+/// Opens the session of a component, with its core and its machine.
+///
+/// # Errors
+/// A connection cannot be opened.
+pub(crate) fn open(
+    program: &Arc<Program>,
+    core: Core,
+    ports: &Ports,
+) -> Result<Session, StartError> {
+    let mut session = Session::open(program, ports)?;
+    session.core = Some(core);
+    let machine = program.machine;
+    session.machine = machine.map(|of| Machine::new(&of.chart, of.external.as_slice()));
+    Ok(session)
+}
+
+fn schema(program: &Program) -> Option<Parameters> {
+    let json = program.description.parameters?;
+    Parameters::from_json(json).ok()
 }
 
 fn failed(operation: &Operation, reason: &str) -> HandlerError {
@@ -203,7 +196,7 @@ fn failed(operation: &Operation, reason: &str) -> HandlerError {
 }
 
 /// The reply in the answer of a handler: its case, and a structure that fits its type.
-fn reply(operation: &Operation, answer: &Answer) -> Result<(i32, Value), String> {
+pub(crate) fn reply(operation: &Operation, answer: &Answer) -> Result<(i32, Value), String> {
     let read = |ty: &Arc<Struct>| {
         let value = decode(ty, Encoding::Cdr, &answer.bytes);
         value.map_err(|error| error.to_string())
@@ -221,13 +214,14 @@ impl Drop for Component {
     fn drop(&mut self) {
         // Before the ports of the runtime, which must outlive both.
         self.run(&Call::of(Function::End));
-        Session::end();
+        drop_abandoned();
+        self.session = None;
     }
 }
 
 impl Living for Component {
     fn machine(&mut self) -> Option<&mut Parts> {
-        self.machine.as_mut().map(Machine::parts)
+        self.session.as_mut()?.machine.as_mut().map(Machine::parts)
     }
 
     fn machine_events(&self) -> MachineEvents {
@@ -294,12 +288,14 @@ impl Joined for Component {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        session::count_peers(peers);
+        if let Some(session) = &self.session {
+            session.count_peers(peers);
+        }
     }
 
     fn availability(&mut self, slot: usize) -> Option<(&Parts, &[u16])> {
         let states = self.program.slots.get(slot)?.available.as_deref()?;
-        let machine = self.machine.as_mut()?.parts();
+        let machine = self.session.as_mut()?.machine.as_mut()?.parts();
         (!states.is_empty()).then_some((&*machine, states))
     }
 
@@ -346,9 +342,77 @@ impl Joined for Component {
         let described = program.operation(slot, operation);
         let described =
             described.ok_or_else(|| HandlerError("the slot has no such topic".to_owned()))?;
-        let value = read(&described.request, &mut sample.reader()).map_err(undecodable)?;
-        self.handle((slot, operation), member, described, &value)
-            .map(drop)
+        let sample = match sample.body {
+            Body::Kept(kept) => {
+                let count = self.kept.of(member.map_or(slot, Member::slot), operation);
+                Sample::keep(described, count, sample.encoding, kept)?
+            }
+            Body::Borrowed(_) | Body::Value(_) => Sample::read(described, &mut sample.reader())?,
+        };
+        let numbers = (slot, operation);
+        match sample {
+            Sample::Value(value) => self.handle(numbers, member, described, &value).map(drop),
+            Sample::Image(image) => self.view(numbers, member, described, image),
+        }
+    }
+
+    fn keeps(&self, slot: usize, operation: usize) -> bool {
+        let operation = self.program.operation(slot, operation);
+        operation.is_some_and(|operation| operation.in_place)
+    }
+
+    fn starts_calls(&self, slot: usize) -> bool {
+        let slot = self.program.slots.get(slot);
+        slot.is_some_and(|slot| slot.asynchronous)
+    }
+
+    fn end_call(&mut self, slot: usize, member: Option<&Member>) -> Option<CallEnd> {
+        let program = Arc::clone(&self.program);
+        let operations = &program.slots.get(slot)?.operations;
+        let client = self.client(slot, member)?;
+        let (how, id, ended) = client.poll_with(|ended| {
+            let (how, id) = (CallEnd::of(&ended), ended.id);
+            let mut known = operations.iter().enumerate();
+            let found = known.find(|(_, operation)| operation.wire.id == ended.operation);
+            let ended = found.map(|(number, operation)| {
+                (number, of_ended(operation, link::ended(operation, ended)))
+            });
+            (how, id, ended)
+        })?;
+        // A call that was dropped does not end.
+        let (Some(held), Some((number, answer))) = (handles::of_call(id), ended) else {
+            return Some(how);
+        };
+        let handled = self.run(&Call {
+            body: &answer.bytes,
+            held,
+            ended: (answer.status, answer.number),
+            ..Call::of_slot(Function::Ended, (slot, number), member)
+        });
+        match handled.outcome() {
+            None => {
+                if let Some(client) = self.client(slot, member) {
+                    client.leave(id, Ok::<_, CallError>(answer));
+                }
+            }
+            Some(Ok(())) => {}
+            Some(Err(WorkerError::Fatal(reason))) => Hooks::core(self).fail(&reason),
+            Some(Err(error)) => {
+                let name = &operations[number].name;
+                rc_runtime::tracing::error!("the end of {name}(): {error}");
+            }
+        }
+        Some(how)
+    }
+
+    fn end_in_order(&mut self, slot: usize, member: Option<&Member>, keeps: bool) {
+        if let Some(client) = self.client(slot, member) {
+            client.end_in_order(keeps);
+        }
+    }
+
+    fn awaiting(&mut self, slot: usize, member: Option<&Member>) -> Option<Awaiting<'_>> {
+        self.client(slot, member)?.awaiting()
     }
 
     fn collects(&self) -> &'static [Collect] {
@@ -373,30 +437,18 @@ impl Joined for Component {
         let body = writer
             .finish()
             .map_err(|error| HandlerError(error.to_string()))?;
-        let answer = self.run(&Call {
-            function: Function::Collected,
-            numbers: (number, 0),
-            name: "",
+        let call = Call {
             body,
-        });
-        let failed = |reason: &str| HandlerError(format!("{}(): {reason}", collect.name));
-        match answer.outcome() {
-            Some(Ok(())) => Ok(()),
-            None => Err(failed("the worker has no such function")),
-            Some(Err(error)) => {
-                if let WorkerError::Fatal(reason) = &error {
-                    Hooks::core(self).fail(reason);
-                }
-                Err(failed(&error.to_string()))
-            }
-        }
+            ..Call::of_slot(Function::Collected, (number, 0), None)
+        };
+        self.handled(collect.name, &call).map(drop)
     }
 }
 
 impl Hooks for Component {
     fn parts(&mut self) -> &mut Parts {
-        self.machine
-            .as_mut()
+        let machine = self.session.as_mut().and_then(|of| of.machine.as_mut());
+        machine
             .expect(
                 "a step runs only where there is a machine, which is here between two functions",
             )
@@ -404,9 +456,8 @@ impl Hooks for Component {
     }
 
     fn core(&mut self) -> &mut Core {
-        self.core
-            .as_mut()
-            .expect("the core is away only while a function of the worker runs")
+        let core = self.session.as_mut().and_then(|of| of.core.as_mut());
+        core.expect("the core is away only while a function of the worker runs")
     }
 
     fn guard(&mut self, guard: u16) -> bool {
@@ -438,7 +489,8 @@ impl Hooks for Component {
 
     fn during(&mut self, state: u16) -> Result<(), WorkerError> {
         self.of_machine(Function::During, state).unwrap_or_else(|| {
-            if let Some(machine) = &mut self.machine {
+            let session = self.session.as_mut();
+            if let Some(machine) = session.and_then(|of| of.machine.as_mut()) {
                 machine.no_during();
             }
             Ok(())
@@ -447,6 +499,12 @@ impl Hooks for Component {
 }
 
 impl Component {
+    /// The client of an asynchronous slot, or of the member of an array of them.
+    fn client(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut TypedClient> {
+        let number = member.map_or(slot, Member::slot);
+        self.session.as_mut()?.client(number).ok()
+    }
+
     /// `None` if the worker does not have the function.
     fn of_machine(&mut self, function: Function, number: u16) -> Option<Result<(), WorkerError>> {
         self.run(&Call::numbered(function, number)).outcome()

@@ -1,11 +1,15 @@
 //! The functions that a worker reaches through its context. The border calls these on the worker's
 //! thread.
 
-use crate::status::{Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE};
+use crate::border::Bytes;
+use crate::handles::{self, Held, Loan, LoanMemory};
+use crate::status::{
+    Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE, NOT_ENDED, NOT_SENT,
+};
 use rc_host::link::{self, Reading};
-use rc_host::{HostError, Number, Program, session};
-use rc_middleware::{Encoding, Freshness, Made};
-use rc_values::{Struct, decode, encode_body};
+use rc_host::{Aligned, HostError, Lent, Number, Operation, Program, session};
+use rc_middleware::{CallError, EncodeError, Encoding, Freshness, Made, Writer};
+use rc_values::{Struct, decode, decode_image, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
@@ -41,8 +45,16 @@ pub(crate) fn call(slot: usize, operation: usize, body: &[u8]) -> Result<Answer,
         link::command(slot, operation, &request)??;
         return Ok(Answer::number(0));
     }
+    answered(
+        operation,
+        link::query(slot, operation, &request, Reading::Value)??,
+    )
+}
+
+/// The answer to a query, for the headers.
+fn answered(operation: &Operation, answer: link::Answer) -> Result<Answer, Answer> {
     let bytes = |value| encode_body(&value).map_err(internal);
-    match link::query(slot, operation, &request, Reading::Value)?? {
+    match answer {
         link::Answer::Exception(thrown) => {
             let name = match &thrown {
                 rc_values::Value::Struct(ty, _) => ty.name.as_str(),
@@ -61,6 +73,111 @@ pub(crate) fn call(slot: usize, operation: usize, body: &[u8]) -> Result<Answer,
 
 fn internal(error: impl std::fmt::Display) -> Answer {
     Answer::new(INTERNAL, 0, error.to_string())
+}
+
+/// Starts a query. The number of the answer is that of the call.
+pub(crate) fn start(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
+    let program = program()?;
+    let operation = link::operation(&program, slot, operation)?;
+    let request = value(&operation.request, &operation.name, body)?;
+    let call = link::start(slot, operation, &request)??;
+    Ok(held(handles::hold(Held::Call(call))))
+}
+
+/// Takes the result of a started call, once. The status `NOT_ENDED`: there is none.
+pub(crate) fn take(slot: usize, call: u64) -> Result<Answer, Answer> {
+    let taken = session::with(|session| {
+        let client = session.client(slot)?;
+        Ok(handles::with_call(call, |call| client.take(call)).flatten())
+    })?;
+    match taken {
+        Some(Ok(answer)) => Ok(answer),
+        Some(Err(error)) => Err(error.into()),
+        None => Ok(Answer::new(NOT_ENDED, 0, [])),
+    }
+}
+
+/// The answer to a started call, with its exception or error.
+pub(crate) fn of_ended(operation: &Operation, ended: Result<link::Answer, CallError>) -> Answer {
+    match ended {
+        Ok(answer) => answered(operation, answer).unwrap_or_else(|error| error),
+        Err(error) => error.into(),
+    }
+}
+
+/// Success with the number of what the program holds.
+fn held(number: u64) -> Answer {
+    Answer::number(number.cast_signed())
+}
+
+/// Begins a sample that the program writes in place. Returns its memory, too.
+pub(crate) fn loan(slot: usize, operation: usize) -> Result<(Answer, Bytes), Answer> {
+    /// What the error of a second loan adds.
+    const ONE_LOAN: &str = "send or drop the loan of the topic before the next one";
+    let program = program()?;
+    let described = link::operation(&program, slot, operation)?;
+    let request = Arc::clone(&described.request);
+    let layout = request.layout.ok_or_else(|| {
+        internal(format!(
+            "samples of `{}` are not written in place",
+            described.name
+        ))
+    })?;
+    let size = layout.size;
+    rc_host::drop_abandoned();
+    let lent = session::with(|session| {
+        let publisher = session.publisher(slot, operation)?;
+        Ok(publisher.loan_image(size))
+    })?;
+    let lent = lent.map_err(|error| Answer::new(NOT_SENT, 0, format!("{error}; {ONE_LOAN}")))?;
+    let (memory, bytes) = match lent {
+        Some(mut sample) => {
+            let bytes = Bytes::writable(sample.memory_mut());
+            (LoanMemory::Lent(Lent::new(sample)), bytes)
+        }
+        None => {
+            let mut own = Aligned::zeros(size);
+            let bytes = Bytes::writable(own.bytes_mut());
+            (LoanMemory::Own(own), bytes)
+        }
+    };
+    let number = handles::hold(Held::Loan(Loan {
+        slot,
+        operation,
+        request,
+        memory,
+    }));
+    Ok((held(number), bytes))
+}
+
+/// Publishes a sample that the program has written.
+pub(crate) fn send(loan: u64) -> Result<Answer, Answer> {
+    let gone = || Answer::new(NOT_SENT, 0, "the loan was sent or dropped before");
+    let Loan {
+        slot,
+        operation,
+        request,
+        memory,
+    } = handles::take_loan(loan)?.ok_or_else(gone)?;
+    match memory {
+        LoanMemory::Lent(mut lent) => {
+            let sample = lent.take().ok_or(HostError::WrongThread)?;
+            let encode = |image: &[u8]| {
+                let body = decode_image(&request, image).and_then(|value| encode_body(&value));
+                body.map_err(|error| EncodeError::NoValue(error.to_string()))
+            };
+            session::with(|session| {
+                let publisher = session.publisher(slot, operation)?;
+                Ok(publisher.send_image(sample, &encode))
+            })??;
+        }
+        LoanMemory::Own(mut image) => {
+            let value = decode_image(&request, image.bytes_mut());
+            let value = value.map_err(|error| Answer::new(INVALID_SAMPLE, 0, error.to_string()))?;
+            link::publish(slot, operation, &value)??;
+        }
+    }
+    Ok(Answer::number(0))
 }
 
 /// Publishes a sample.
@@ -150,6 +267,15 @@ pub(crate) fn get(what: Get, number: usize) -> Result<Answer, Answer> {
         Get::HasEnded => {
             Answer::number(session::with_machine(|machine| machine.has_ended())?.into())
         }
+        Get::Listed => match session::with(|session| session.listed(number))? {
+            None => Answer::number(-1),
+            Some(names) => {
+                let mut writer = Writer::default();
+                writer.length(names.len());
+                names.iter().for_each(|name| writer.put(name));
+                Answer::new(DONE, 0, writer.into_bytes())
+            }
+        },
     })
 }
 
@@ -169,6 +295,12 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
                     .map_or(0, |machine| machine.chart.fireable.into())
             })?;
             session::with_machine(|machine| machine.fire(event))?;
+        }
+        Set::Open => {
+            let member = session::with(|session| session.open_member(number, text))?;
+            return Ok(Answer::number(
+                i64::try_from(member.slot()).unwrap_or(i64::MAX),
+            ));
         }
     }
     Ok(Answer::number(0))
@@ -200,10 +332,12 @@ pub(crate) enum Get {
     IsIn,
     HasEnded,
     Freshness,
+    /// The members of a slot array that the network lists, or the number -1.
+    Listed,
 }
 
 impl Get {
-    pub(crate) const ALL: [Self; 12] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::Name,
         Self::Network,
         Self::State,
@@ -216,6 +350,7 @@ impl Get {
         Self::IsIn,
         Self::HasEnded,
         Self::Freshness,
+        Self::Listed,
     ];
 }
 
@@ -226,8 +361,16 @@ pub(crate) enum Set {
     Timeout,
     Stop,
     Fire,
+    /// Opens a member of a slot array. The answer has the number of its slot.
+    Open,
 }
 
 impl Set {
-    pub(crate) const ALL: [Self; 4] = [Self::Period, Self::Timeout, Self::Stop, Self::Fire];
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Period,
+        Self::Timeout,
+        Self::Stop,
+        Self::Fire,
+        Self::Open,
+    ];
 }

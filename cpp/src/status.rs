@@ -18,13 +18,18 @@ pub(crate) const INVALID_ARGUMENT: i32 = 17;
 const MALFORMED_REPLY: i32 = 18;
 const MIDDLEWARE: i32 = 19;
 pub(crate) const INVALID_SAMPLE: i32 = 20;
-const NOT_SENT: i32 = 21;
+pub(crate) const NOT_SENT: i32 = 21;
 /// `number` is the age in nanoseconds.
 const STALE: i32 = 22;
 const NO_VALUE: i32 = 23;
+const TOO_MANY_STARTED: i32 = 24;
+/// A started call has no result that can be taken.
+pub(crate) const NOT_ENDED: i32 = 25;
 pub(crate) const WRONG_THREAD: i32 = 30;
 /// A panic, or a number that the description does not have.
 pub(crate) const INTERNAL: i32 = 31;
+/// A member of a slot array was not opened.
+const NO_MEMBER: i32 = 32;
 
 /// Outcomes of a function of the worker.
 pub(crate) const FAILED: i32 = 40;
@@ -34,6 +39,7 @@ const FATAL: i32 = 42;
 pub(crate) const NOT_WRITTEN: i32 = 43;
 
 /// Result of a call across the border.
+#[derive(Clone)]
 pub(crate) struct Answer {
     pub(crate) status: i32,
     pub(crate) number: i64,
@@ -47,6 +53,15 @@ impl Answer {
             status,
             number,
             bytes: bytes.into(),
+        }
+    }
+
+    /// The error of a function of the worker.
+    pub(crate) fn of_worker(error: &WorkerError) -> Self {
+        match error {
+            WorkerError::Failed(reason) => Self::new(FAILED, 0, reason.as_str()),
+            WorkerError::Emergency(reason) => Self::new(EMERGENCY, 0, reason.as_str()),
+            WorkerError::Fatal(reason) => Self::new(FATAL, 0, reason.as_str()),
         }
     }
 
@@ -80,6 +95,7 @@ impl From<HostError> for Answer {
     fn from(error: HostError) -> Self {
         let status = match error {
             HostError::WrongThread => WRONG_THREAD,
+            HostError::Member(_) => NO_MEMBER,
             _ => INTERNAL,
         };
         Self::new(status, 0, error.to_string())
@@ -98,6 +114,7 @@ impl From<CallError> for Answer {
             CallError::Stopping => STOPPING,
             CallError::Stale { .. } => STALE,
             CallError::NoValue => NO_VALUE,
+            CallError::TooManyStarted => TOO_MANY_STARTED,
             CallError::Invalid(_) => INVALID_ARGUMENT,
             CallError::Malformed(_) => MALFORMED_REPLY,
             _ => MIDDLEWARE,

@@ -4,9 +4,11 @@ use super::library::{self, Header};
 use super::machine::{self, Machine};
 use super::names;
 use super::parameters::{self, Parameters};
+use crate::collisions;
 use crate::view;
 use rc_vocabulary::Role;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// A component as its templates see it.
 #[derive(Debug, Serialize)]
@@ -22,6 +24,14 @@ pub(crate) struct Component<'a> {
     pub(crate) headers: Vec<Header>,
     slots: Vec<Slot>,
     handlers: Vec<Handler>,
+    /// The ends of started calls.
+    ended: Vec<library::Ended>,
+    /// The interfaces of the fakes of a test, and those of its slots.
+    fake_servers: Vec<Fake>,
+    fake_subscribers: Vec<Fake>,
+    fakes: Vec<FakeSlot>,
+    /// The operations that the worker can name in a pattern of communication.
+    pub(crate) patterns: BTreeSet<String>,
     collected: Vec<Collected>,
     pub(crate) parameters: Option<Parameters>,
     pub(crate) machine: Option<Machine<'a>>,
@@ -39,20 +49,85 @@ struct Slot {
     /// The member of the context, and RoboComp's name; empty where RoboComp has none.
     field: String,
     proxy: String,
+    /// The object of the paper's patterns: `speechcomm`.
+    pattern: String,
+    /// Whether the worker opens its members; the class is that of a member.
+    is_array: bool,
 }
 
+/// The class of the fake peers of an interface.
 #[derive(Debug, Serialize)]
-struct Handler {
+struct Fake {
+    name: String,
+    ends: library::Ends,
+}
+
+/// The fake peer of a slot that sends.
+#[derive(Debug, Serialize)]
+struct FakeSlot {
+    index: usize,
+    field: String,
+    class: String,
+    interface: String,
+    is_array: bool,
+    calls: bool,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Handler {
     slot: usize,
     operation: usize,
-    name: String,
-    result: String,
-    parameters: String,
+    pub(super) name: String,
+    pub(super) result: String,
+    pub(super) parameters: String,
     /// `<E1, E2>`, the exceptions that it may throw.
     throws: String,
     doc: Vec<String>,
     /// The statements of a new worker.
-    body: &'static [&'static str],
+    pub(super) body: &'static [&'static str],
+}
+
+/// The statements of a new function with this result.
+fn body(result: &str) -> &'static [&'static str] {
+    match result {
+        "void" => &[],
+        _ => &["return {};"],
+    }
+}
+
+impl Handler {
+    /// A function of the worker that handles no operation.
+    fn other(result: &str, name: &str, parameters: &str) -> Self {
+        Self {
+            slot: 0,
+            operation: 0,
+            name: name.to_owned(),
+            result: result.to_owned(),
+            parameters: parameters.to_owned(),
+            throws: String::new(),
+            doc: Vec::new(),
+            body: body(result),
+        }
+    }
+}
+
+impl Component<'_> {
+    /// The functions that a worker has to have.
+    pub(super) fn functions(&self) -> Vec<Handler> {
+        let collected = self.collected.iter();
+        let collected = collected.map(|of| Handler::other("void", &of.name, &of.parameters));
+        let machine = self.machine.iter();
+        let machine = machine.flat_map(|machine| {
+            let guards = machine
+                .guards
+                .iter()
+                .map(|of| Handler::other("bool", &of.name, ""));
+            let actions = machine.actions.iter();
+            guards.chain(actions.map(|of| Handler::other("void", &of.name, "")))
+        });
+        let handlers = self.handlers.iter().cloned();
+        handlers.chain(collected).chain(machine).collect()
+    }
 }
 
 /// The handler of a collection.
@@ -99,7 +174,9 @@ fn collected(view: &view::Component, number: usize, of: &view::component::Collec
 fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
     let (end, proxy) = match slot.role {
         Role::Publishes if slot.sends => ("Publisher", names::proxy(&slot.name, true)),
+        Role::Requires if slot.asynchronous => ("AsyncPrx", names::proxy(&slot.name, false)),
         Role::Requires if slot.sends => ("Prx", names::proxy(&slot.name, false)),
+        _ if slot.is_array => ("", String::new()),
         _ if slot.keeps_newest() => ("Samples", String::new()),
         _ if slot.serves_latest() => ("Results", String::new()),
         _ => return None,
@@ -108,6 +185,7 @@ fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
     let doc = match end {
         "Samples" => format!("the newest samples of `{}`", slot.name),
         "Results" => format!("the results that answer queries of `{}`", slot.name),
+        _ if slot.is_array => format!("{role} `{interface}`, whose members `initialize` opens"),
         _ if slot.optional => {
             format!("{role} `{interface}`, optional: calls throw `rc::NoServer` without a server")
         }
@@ -116,14 +194,86 @@ fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
     Some(Slot {
         doc,
         index,
-        class: format!(
-            "{}::{}{end}",
-            names::own(&slot.module),
-            names::own(interface)
-        ),
+        class: if end.is_empty() {
+            String::new()
+        } else {
+            let (module, interface) = (names::own(&slot.module), names::own(interface));
+            format!("{module}::{interface}{end}")
+        },
         field: names::snake(&slot.name),
-        proxy,
+        pattern: format!("{}comm", slot.name.to_lowercase()),
+        proxy: if slot.is_array { String::new() } else { proxy },
+        is_array: slot.is_array,
     })
+}
+
+/// The members of every `TestContext`.
+const TEST_FUNCTIONS: [&str; 9] = [
+    "advance",
+    "end_calls",
+    "list_members",
+    "params",
+    "run",
+    "set_state",
+    "set_time",
+    "start",
+    "transition",
+];
+
+/// The class of the fake peers of an interface: two modules may have one name.
+fn fake_name(view: &view::Component, slot: &view::Slot) -> String {
+    let end = if slot.role == Role::Publishes {
+        "Subscriber"
+    } else {
+        "Server"
+    };
+    let mut slots = view.slots.iter();
+    let is_taken = slots.any(|other| {
+        other.sends && other.interface == slot.interface && other.module != slot.module
+    });
+    let module = if is_taken {
+        names::own(&slot.module)
+    } else {
+        String::new()
+    };
+    format!("Fake{module}{}{end}", slot.interface)
+}
+
+/// The classes of fakes for slots of a role, one of each interface.
+fn fakes(view: &view::Component, role: Role) -> Vec<Fake> {
+    let mut done: Vec<Fake> = Vec::new();
+    for slot in view
+        .slots
+        .iter()
+        .filter(|slot| slot.sends && slot.role == role)
+    {
+        let name = fake_name(view, slot);
+        if let Some(interface) = view.interface(slot)
+            && done.iter().all(|other| other.name != name)
+        {
+            done.push(Fake {
+                name,
+                ends: library::ends(view, interface),
+            });
+        }
+    }
+    done
+}
+
+fn fake_slot(
+    view: &view::Component,
+    index: usize,
+    slot: &view::Slot,
+    taken: &mut BTreeSet<String>,
+) -> FakeSlot {
+    FakeSlot {
+        index,
+        field: collisions::free(names::snake(&slot.name), taken),
+        class: fake_name(view, slot),
+        interface: names::own(&slot.interface),
+        is_array: slot.is_array,
+        calls: slot.role == Role::Requires,
+    }
 }
 
 pub(crate) fn of(view: &view::Component) -> Component<'_> {
@@ -134,15 +284,12 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .interface(of)
             .map_or(&[][..], |interface| &interface.operations);
         for (operation, described) in operations.iter().enumerate() {
-            let (result, parameters) = library::signature(described);
+            let (result, parameters) = library::signature(view, of, described);
             handlers.push(Handler {
                 slot,
                 operation,
                 name: names::handler(&of.name, &described.name),
-                body: match result.as_str() {
-                    "void" => &[],
-                    _ => &["return {};"],
-                },
+                body: body(&result),
                 result,
                 parameters,
                 throws: library::exceptions(described),
@@ -150,6 +297,15 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             });
         }
     }
+    let interfaces = slots.clone();
+    let interfaces = interfaces.filter_map(|(at, of)| Some((at, of, view.interface(of)?)));
+    let ended = interfaces.flat_map(|(at, slot, of)| library::ended(at, slot, of));
+    let fake_slots = slots.clone().filter(|(_, slot)| slot.sends);
+    let single = slots.clone().filter(|(_, of)| of.sends && !of.is_array);
+    let single = single.filter_map(|(_, of)| view.interface(of));
+    let patterns = single.flat_map(|of| &of.operations);
+    let patterns = patterns.map(|of| names::own(&of.name)).collect();
+    let mut taken: BTreeSet<String> = TEST_FUNCTIONS.map(str::to_owned).into();
     let collects = view.collects.iter().enumerate();
     let kept = slots.filter_map(|(index, of)| slot(index, of));
     Component {
@@ -162,6 +318,13 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         headers: library::of(view),
         slots: kept.collect(),
         handlers,
+        ended: ended.collect(),
+        patterns,
+        fake_servers: fakes(view, Role::Requires),
+        fake_subscribers: fakes(view, Role::Publishes),
+        fakes: fake_slots
+            .map(|(index, slot)| fake_slot(view, index, slot, &mut taken))
+            .collect(),
         collected: collects
             .map(|(number, of)| collected(view, number, of))
             .collect(),

@@ -1,6 +1,7 @@
 //! Types and interfaces of IDSL modules in C++.
 
-use super::{names, types};
+use super::{in_place, names, types};
+use crate::collisions;
 use crate::view;
 use crate::view::documentation;
 use crate::view::library::{self, Kind, Module};
@@ -20,6 +21,8 @@ pub(crate) struct Header {
     types: Vec<TypeDecl>,
     clients: Vec<Ends>,
     publishers: Vec<Ends>,
+    /// Clients of slots whose queries can be started.
+    asynchronous: Vec<Ends>,
     /// The newest samples of slots with `fresh`, and the results of those with `serve latest`.
     samples: Vec<Ends>,
     results: Vec<Ends>,
@@ -50,6 +53,9 @@ struct TypeDecl {
     target: String,
     /// The hash of an exception.
     id: i32,
+    /// The structure of its values in place; empty where the component has none.
+    placed: String,
+    places: Vec<Field>,
 }
 
 #[derive(Debug, Serialize)]
@@ -60,20 +66,24 @@ struct Enumerator {
 }
 
 #[derive(Debug, Serialize)]
-struct Field {
-    ty: String,
+pub(super) struct Field {
+    pub(super) ty: String,
     name: String,
     /// The default, in braces.
-    default: String,
+    pub(super) default: String,
     doc: Vec<String>,
 }
 
 /// The client or the publisher of an interface.
 #[derive(Debug, Serialize)]
-struct Ends {
-    interface: String,
+pub(super) struct Ends {
+    pub(super) interface: String,
     doc: Vec<String>,
     operations: Vec<Operation>,
+    /// The function that takes the result of a started call.
+    take: String,
+    /// The operation whose sample `loan` begins, the only one that has samples in place; empty otherwise.
+    loan: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -105,6 +115,17 @@ struct Operation {
     set: String,
     /// `set_` and the name.
     setter: String,
+    /// Whether it has a reply.
+    two_way: bool,
+    /// `start_` and the name.
+    start: String,
+    /// The structure of samples in place, and the function that begins one; empty where there is none.
+    placed: String,
+    loan: String,
+    /// The functions of a fake server that set its answer and return its calls, or of a fake subscriber
+    /// that returns its samples.
+    on: String,
+    calls: String,
 }
 
 /// The headers of a component's modules.
@@ -136,8 +157,11 @@ fn header(view: &view::Component, module: &Module) -> Header {
                 has(slot) && slot.module == module.name && slot.interface == interface.name
             })
         });
-        interfaces.map(self::ends).collect::<Vec<Ends>>()
+        interfaces
+            .map(|of| self::ends(view, of))
+            .collect::<Vec<Ends>>()
     };
+    let placed = in_place::all(view);
     let mut uses = BTreeSet::new();
     for decl in &module.types {
         uses.extend(named(decl).into_iter().map(|ty| ty.module.clone()));
@@ -160,10 +184,11 @@ fn header(view: &view::Component, module: &Module) -> Header {
         constants: constants.collect(),
         types: ordered(module)
             .into_iter()
-            .map(|decl| type_decl(view, module, decl))
+            .map(|decl| type_decl(view, module, decl, &placed))
             .collect(),
         clients: ends(&|slot| slot.role == Role::Requires),
         publishers: ends(&|slot| slot.role == Role::Publishes),
+        asynchronous: ends(&|slot| slot.asynchronous),
         samples: ends(&view::Slot::keeps_newest),
         results: ends(&view::Slot::serves_latest),
         imports: uses.iter().map(|name| names::own(name)).collect(),
@@ -171,7 +196,7 @@ fn header(view: &view::Component, module: &Module) -> Header {
 }
 
 /// The named types in a declaration.
-fn named(decl: &library::TypeDecl) -> Vec<&Named> {
+pub(super) fn named(decl: &library::TypeDecl) -> Vec<&Named> {
     match &decl.kind {
         Kind::Enum { .. } => Vec::new(),
         Kind::Struct { members } | Kind::Exception { members } => members
@@ -205,7 +230,12 @@ fn ordered(module: &Module) -> Vec<&library::TypeDecl> {
     done
 }
 
-fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) -> TypeDecl {
+fn type_decl(
+    view: &view::Component,
+    module: &Module,
+    decl: &library::TypeDecl,
+    in_place: &BTreeSet<(&str, &str)>,
+) -> TypeDecl {
     let mut out = TypeDecl {
         name: names::own(&decl.name),
         scoped: format!("{}::{}", module.name, decl.name),
@@ -216,6 +246,8 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
         declaration: String::new(),
         target: String::new(),
         id: view::rpc_hash::of(&decl.name),
+        placed: String::new(),
+        places: Vec::new(),
     };
     let fields = |members: &[Member]| members.iter().map(|member| field(view, member)).collect();
     match &decl.kind {
@@ -233,6 +265,13 @@ fn type_decl(view: &view::Component, module: &Module, decl: &library::TypeDecl) 
         Kind::Struct { members } => {
             out.kind = "struct";
             out.members = fields(members);
+            if in_place.contains(&(&*module.name, &*decl.name)) {
+                out.placed = in_place::name(view, &module.name, &decl.name);
+                out.places = members
+                    .iter()
+                    .map(|member| in_place::field(view, member))
+                    .collect();
+            }
         }
         Kind::Exception { members } => {
             out.kind = "exception";
@@ -256,7 +295,7 @@ fn declaration(of: &TypeDecl) -> String {
     format!("RC_STRUCT({})", all.join(", "))
 }
 
-fn field(view: &view::Component, member: &Member) -> Field {
+pub(super) fn field(view: &view::Component, member: &Member) -> Field {
     let default = match (&member.default, resolved(&member.ty)) {
         (Some(value), _) => types::value(value),
         _ if member.optional => String::new(),
@@ -306,12 +345,42 @@ fn first(view: &view::Component, module: &str, name: &str) -> Option<String> {
     ))
 }
 
-fn ends(interface: &library::Interface) -> Ends {
+pub(super) fn ends(view: &view::Component, interface: &library::Interface) -> Ends {
     let operations = interface.operations.iter().enumerate();
+    let mut operations: Vec<Operation> = operations
+        .map(|(index, of)| Operation {
+            placed: in_place::sample(view, of).unwrap_or_default(),
+            ..operation(index, of)
+        })
+        .collect();
+    // Names of the IDSL stay.
+    let own = operations.iter().flat_map(|of| [&of.name, &of.snake]);
+    let mut taken: BTreeSet<String> = own.cloned().collect();
+    let take = collisions::free("take".to_owned(), &mut taken);
+    let mut fake = BTreeSet::new();
+    for of in &mut operations {
+        let bare = collisions::bare(&of.snake);
+        of.start = collisions::free(format!("start_{bare}"), &mut taken);
+        of.loan = collisions::free(format!("loan_{bare}"), &mut taken);
+        of.on = collisions::free(format!("on_{bare}"), &mut fake);
+        let kept = if of.two_way || interface.calls {
+            "calls"
+        } else {
+            "samples"
+        };
+        of.calls = collisions::free(format!("{bare}_{kept}"), &mut fake);
+    }
+    let mut placed = operations.iter().filter(|of| !of.placed.is_empty());
+    let loan = match (placed.next(), placed.next()) {
+        (Some(only), None) if !taken.contains("loan") => only.loan.clone(),
+        _ => String::new(),
+    };
     Ends {
         interface: names::own(&interface.name),
         doc: interface.doc.clone(),
-        operations: operations.map(|(index, of)| operation(index, of)).collect(),
+        operations,
+        take,
+        loan,
     }
 }
 
@@ -381,7 +450,13 @@ fn operation(index: usize, of: &library::Operation) -> Operation {
         has_own_form: name != snake || parameters != inputs,
         sample: sample(of),
         set: if is_set { reply.clone() } else { String::new() },
-        setter: format!("set_{}", crate::collisions::bare(&snake)),
+        setter: format!("set_{}", collisions::bare(&snake)),
+        two_way: of.two_way,
+        start: String::new(),
+        placed: String::new(),
+        loan: String::new(),
+        on: String::new(),
+        calls: String::new(),
         index,
         name,
         doc: documentation::of_operation(of, names::own),
@@ -429,7 +504,65 @@ pub(super) fn sample(of: &library::Operation) -> String {
 }
 
 /// The return type of the handler of an operation, and its parameters.
-pub(super) fn signature(of: &library::Operation) -> (String, String) {
+pub(super) fn signature(
+    view: &view::Component,
+    slot: &view::Slot,
+    of: &library::Operation,
+) -> (String, String) {
     let operation = operation(0, of);
-    (operation.result, operation.parameters)
+    let mut parameters = operation.parameters;
+    if slot.role == Role::SubscribesTo
+        && slot.in_place
+        && let (Some(placed), Some(input)) = (in_place::sample(view, of), of.inputs.first())
+    {
+        parameters = format!("rc::View<{placed}> {}", names::own(&input.name));
+    }
+    (operation.result, with_member(slot, &of.inputs, parameters))
+}
+
+/// Parameters of a function that handles something of a slot: those of an array begin with the member.
+fn with_member(slot: &view::Slot, inputs: &[Member], parameters: String) -> String {
+    if !slot.is_array {
+        return parameters;
+    }
+    let mut taken = inputs.iter().map(|input| names::own(&input.name)).collect();
+    let member = collisions::free("member".to_owned(), &mut taken);
+    match parameters.as_str() {
+        "" => format!("const rc::Member& {member}"),
+        rest => format!("const rc::Member& {member}, {rest}"),
+    }
+}
+
+/// The function that handles the end of a started call of an operation.
+#[derive(Debug, Serialize)]
+pub(super) struct Ended {
+    pub(super) slot: usize,
+    operation: usize,
+    name: String,
+    parameters: String,
+    /// The arguments of `rc::ended`.
+    types: String,
+}
+
+/// Those of a slot.
+pub(super) fn ended(index: usize, slot: &view::Slot, of: &library::Interface) -> Vec<Ended> {
+    let all = of.operations.iter().enumerate();
+    let queries = all.filter(|(_, of)| of.two_way && slot.asynchronous);
+    queries
+        .map(|(number, of)| {
+            let Operation { reply, throws, .. } = operation(number, of);
+            let parameters = format!("rc::CallId call, rc::Result<{reply}> result");
+            let throws = match throws.as_str() {
+                "" => ", rc::detail::Throws<>",
+                some => some,
+            };
+            Ended {
+                slot: index,
+                operation: number,
+                name: format!("{}_done", names::handler(&slot.name, &of.name)),
+                parameters: with_member(slot, &[], parameters),
+                types: format!("{reply}{throws}"),
+            }
+        })
+        .collect()
 }

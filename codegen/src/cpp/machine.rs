@@ -14,8 +14,8 @@ pub(crate) struct Machine<'a> {
     /// The `during` functions that a new worker has: an end state is entered only.
     durings: Vec<During<'a>>,
     events: Vec<Event<'a>>,
-    guards: Vec<Numbered>,
-    actions: Vec<Numbered>,
+    pub(super) guards: Vec<Numbered>,
+    pub(super) actions: Vec<Numbered>,
 }
 
 #[derive(Debug, Serialize)]
@@ -42,8 +42,8 @@ struct Event<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Numbered {
-    name: String,
+pub(super) struct Numbered {
+    pub(super) name: String,
     number: usize,
 }
 

@@ -10,9 +10,12 @@ use std::sync::OnceLock;
 use tera::{Context, Tera};
 
 static TEMPLATES: &[(&str, &str)] = templates![
-    "cpp": "module.h", "parameters.h", "machine.h", "genericworker.h", "main.cpp",
-    "component.cmake", "cmakelists.txt", "gitignore", "user_worker.h", "user_worker.cpp",
+    "cpp": "module.h", "parameters.h", "machine.h", "genericworker.h", "description.h", "testing.h", "patterns.h",
+    "main.cpp", "component.cmake", "cmakelists.txt", "gitignore", "user_worker.h", "user_worker.cpp", "user_test.cpp",
 ];
+
+/// The first test of a new component.
+pub(crate) const FIRST_TEST: &str = "tests/worker_test.cpp";
 
 fn print(name: &str, context: &Context) -> Result<String, TemplateError> {
     static TERA: OnceLock<Result<Tera, TemplateError>> = OnceLock::new();
@@ -36,7 +39,7 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
     let mut all = Context::from_serialize(component)?;
     let guest = Guest {
         collected: names::own,
-        in_place: false,
+        in_place: true,
         handler: names::handler,
     };
     let description = description::of(view, &guest);
@@ -66,7 +69,16 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
     if component.machine.is_some() {
         add(generated("machine.h"), Owner::Generic, "machine.h", &all)?;
     }
-    for name in ["genericworker.h", "main.cpp", "component.cmake"] {
+    if !component.patterns.is_empty() {
+        add(generated("patterns.h"), Owner::Generic, "patterns.h", &all)?;
+    }
+    for name in [
+        "genericworker.h",
+        "description.h",
+        "testing.h",
+        "main.cpp",
+        "component.cmake",
+    ] {
         add(generated(name), Owner::Generic, name, &all)?;
     }
     for (path, template) in [
@@ -74,6 +86,7 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
         (".gitignore", "gitignore"),
         ("src/specificworker.h", "user_worker.h"),
         ("src/specificworker.cpp", "user_worker.cpp"),
+        (FIRST_TEST, "user_test.cpp"),
     ] {
         add(path.into(), Owner::Specific, template, &all)?;
     }

@@ -53,6 +53,29 @@ pub(super) fn input(member: &Member) -> String {
     }
 }
 
+/// The type of a value in place, whose size its type determines. `placed` names the structure of a
+/// named one.
+pub(super) fn in_place(ty: &Type, placed: &dyn Fn(&Named) -> String) -> String {
+    match resolved(ty) {
+        Type::Primitive(Primitive::Bool) => "rc::Flag".to_owned(),
+        Type::Primitive(name) => primitive(*name),
+        Type::Text { bound } => format!("rc::Text<{}>", bound.unwrap_or_default()),
+        Type::Sequence { element, bound } => {
+            let element = in_place(element, placed);
+            format!("rc::Bounded<{element}, {}>", bound.unwrap_or_default())
+        }
+        Type::Array { element, length } => {
+            format!("std::array<{}, {length}>", in_place(element, placed))
+        }
+        ty @ Type::Named(named) => match named.of {
+            Declared::Enum => of(ty),
+            Declared::Struct | Declared::Exception | Declared::Alias => placed(named),
+        },
+        // A dictionary has no image, so it does not occur here.
+        ty @ Type::Dictionary { .. } => of(ty),
+    }
+}
+
 /// A text in quotes.
 pub(super) fn text(text: &str) -> String {
     let mut out = String::from("\"");

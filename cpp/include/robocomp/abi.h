@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RC_ABI_VERSION 2
+#define RC_ABI_VERSION 3
 #define RC_RELEASE "0.1.0"
 
 /* Bytes of the caller, or of the callee until its next call on the same thread. */
@@ -39,8 +39,11 @@ enum rc_status {
   RC_NOT_SENT = 21,
   RC_STALE = 22, /* `number` is the age in nanoseconds */
   RC_NO_VALUE = 23,
+  RC_TOO_MANY_STARTED = 24,
+  RC_NOT_ENDED = 25, /* a started call has no result that can be taken */
   RC_WRONG_THREAD = 30,
   RC_INTERNAL = 31,
+  RC_NO_MEMBER = 32,
   /* Outcomes of a function of the worker. */
   RC_FAILED = 40,
   RC_EMERGENCY = 41,
@@ -65,6 +68,9 @@ enum rc_function {
   RC_ACTION,
   RC_HANDLE,
   RC_COLLECTED, /* `body` has an age and a sequence of octets for each topic */
+  RC_ENDED,
+  RC_ANSWER, /* of a fake server */
+  RC_OPENED, /* a member of a slot array, in a test */
   RC_END
 };
 
@@ -80,19 +86,34 @@ enum rc_get_what {
   RC_CALL_TIMEOUT,
   RC_IS_IN,
   RC_HAS_ENDED,
-  RC_FRESHNESS /* an age, or -1 */
+  RC_FRESHNESS, /* an age, or -1 */
+  RC_LISTED     /* members of a slot array as a sequence of texts, or -1 */
 };
 
 /* An age in a number: nanoseconds times 8, plus twice the label, plus 1 if it is fresh. The labels
  * are 0 computed, 1 partly cached, 2 cached. */
 
-enum rc_set_what { RC_SET_PERIOD, RC_SET_CALL_TIMEOUT, RC_STOP, RC_FIRE };
+/* RC_OPEN opens a member of a slot array, and answers the number of its slot. */
+enum rc_set_what { RC_SET_PERIOD, RC_SET_CALL_TIMEOUT, RC_STOP, RC_FIRE, RC_OPEN };
 
-/* Runs a function of the worker; throws nothing. `first` and `second` are slot and operation, or
- * the number of a state, a guard or an action. */
-typedef struct rc_answer (*rc_call_worker)(void* object, int32_t function, size_t first,
-                                           size_t second, struct rc_bytes name,
-                                           struct rc_bytes body);
+/* A call of a function of the worker. `first` and `second` are slot and operation, or the number of
+ * a state, a guard or an action. `name` is a transition, or a member of a slot array, whose number is
+ * `member`. `held` is a sample in place, whose `body` lives until robocomp_drop, or a started call that
+ * has ended with `status` and `number`; or 0. */
+struct rc_call {
+  int32_t function;
+  size_t first;
+  size_t second;
+  struct rc_bytes name;
+  size_t member;
+  struct rc_bytes body;
+  uint64_t held;
+  int32_t status;
+  int64_t number;
+};
+
+/* Runs a function of the worker; throws nothing. */
+typedef struct rc_answer (*rc_call_worker)(void* object, const struct rc_call* call);
 
 /* A component. Every version begins with the first two members. */
 struct rc_program {
@@ -118,6 +139,46 @@ struct rc_answer robocomp_set_latest(size_t slot, size_t operation, struct rc_by
 struct rc_answer robocomp_get(uint32_t what, size_t number);
 struct rc_answer robocomp_set(uint32_t what, size_t number, int64_t value, struct rc_bytes text);
 void robocomp_log(uint32_t level, struct rc_bytes text);
+
+/* Starts a query. The number of the answer is that of the call. */
+struct rc_answer robocomp_start(size_t slot, size_t operation, struct rc_bytes body);
+/* Takes the result of a started call, once. */
+struct rc_answer robocomp_take(size_t slot, uint64_t call);
+/* Begins a sample in place. The answer has its number, and memory that may be written until the number
+ * is sent or dropped. */
+struct rc_answer robocomp_loan(size_t slot, size_t operation);
+struct rc_answer robocomp_send(uint64_t loan);
+/* Ends a view, a loan or a started call, from any thread. */
+void robocomp_drop(uint64_t number);
+
+/* What a test does with its bench. A fake peer is named by its slot and, in `text`, its member. */
+enum rc_test_what {
+  RC_TEST_CLOSE,
+  RC_TEST_RUN,        /* for `value` nanoseconds */
+  RC_TEST_TRANSITION, /* `text`; answers the state afterwards */
+  RC_TEST_END_CALLS,
+  RC_TEST_ADVANCE,
+  RC_TEST_SET_TIME,
+  RC_TEST_SET_STATE,
+  RC_TEST_LIST_MEMBERS, /* the name of an array and those of its members, in lines */
+  RC_TEST_SERVER,
+  RC_TEST_ANSWER, /* by RC_ANSWER, the operation `value` */
+  RC_TEST_CALLS,  /* takes them: a sequence of operation and body */
+  RC_TEST_FAIL,   /* an rc_test_fault; plus 16 for the next call only */
+  RC_TEST_RECOVER,
+  RC_TEST_SUBSCRIBER,
+  RC_TEST_SAMPLES,
+  RC_TEST_FAIL_PUBLISHING, /* the member and the reason, in lines */
+  RC_TEST_SUBSCRIBERS,
+  RC_TEST_ANSWER_DEFAULTS
+};
+enum rc_test_fault { RC_FAULT_NO_SERVER, RC_FAULT_TIMEOUT, RC_FAULT_SERVER_DIED, RC_FAULT_QUEUE_FULL };
+
+/* Opens the bench of this thread. `program` answers for the fakes. The answer has the parameters of the
+ * configuration. */
+struct rc_answer robocomp_test_open(const struct rc_program* program);
+struct rc_answer robocomp_test_start(rc_call_worker call, void* object, struct rc_bytes parameters);
+struct rc_answer robocomp_test(uint32_t what, size_t slot, int64_t value, struct rc_bytes text);
 
 #ifdef __cplusplus
 }

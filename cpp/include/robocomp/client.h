@@ -13,6 +13,7 @@
 #include "robocomp/cdr.h"
 #include "robocomp/errors.h"
 #include "robocomp/freshness.h"
+#include "robocomp/in_place.h"
 
 namespace rc {
 
@@ -113,6 +114,17 @@ void write_parts(Writer& writer, const T& part) {
   writer.put(part);
 }
 
+// The result of a call.
+template <class Reply, class Throws>
+Result<Reply> result(const rc_answer& answer) {
+  if (answer.status == RC_EXCEPTION) return Throws::read(answer);
+  if (answer.status != RC_DONE) return failure(answer);
+  std::conditional_t<std::is_void_v<Reply>, std::tuple<>, Reply> reply{};
+  Reader reader(answer.bytes);
+  read_parts(reader, reply);
+  return reply;
+}
+
 // The end of a slot that sends. It works on the thread of the worker.
 class End {
  public:
@@ -130,6 +142,35 @@ class End {
 };
 
 }  // namespace detail
+
+// Identifies a started call when it ends.
+class CallId {
+ public:
+  explicit CallId(std::uint64_t number = 0) : number_(number) {}
+  friend bool operator==(CallId a, CallId b) { return a.number_ == b.number_; }
+  friend bool operator!=(CallId a, CallId b) { return !(a == b); }
+  friend bool operator<(CallId a, CallId b) { return a.number_ < b.number_; }
+
+ private:
+  std::uint64_t number_;
+};
+
+// A call that was started and may not have ended. Its end forgets the call: neither a handler nor
+// `take` gets its result.
+template <class Reply, class Throws>
+class Call {
+ public:
+  Call() = default;
+  explicit Call(std::uint64_t number) : held_(number) {}
+
+  CallId id() const { return CallId(held_.number()); }
+  // Whether there is one: not after it was moved from.
+  explicit operator bool() const { return held_.number() != 0; }
+
+ private:
+  friend class Client;
+  detail::Held held_;
+};
 
 // The base of a generated client.
 class Client : public detail::End {
@@ -157,13 +198,24 @@ class Client : public detail::End {
   Result<Reply> rc_try(std::size_t operation, const In&... in) const {
     detail::Writer writer;
     writer.members(std::tie(in...));
-    const rc_answer answer = robocomp_call(slot_, operation, writer.bytes());
-    if (answer.status == RC_EXCEPTION) return Throws::read(answer);
-    if (answer.status != RC_DONE) return detail::failure(answer);
-    std::conditional_t<std::is_void_v<Reply>, std::tuple<>, Reply> reply{};
-    detail::Reader reader(answer.bytes);
-    detail::read_parts(reader, reply);
-    return reply;
+    return detail::result<Reply, Throws>(robocomp_call(slot_, operation, writer.bytes()));
+  }
+
+  // Starts a query of an operation.
+  template <class Reply, class Throws = detail::Throws<>, class... In>
+  Call<Reply, Throws> rc_start(std::size_t operation, const In&... in) const {
+    detail::Writer writer;
+    writer.members(std::tie(in...));
+    const rc_answer answer = detail::checked(robocomp_start(slot_, operation, writer.bytes()));
+    return Call<Reply, Throws>(static_cast<std::uint64_t>(answer.number));
+  }
+
+  // Takes the result of a started query.
+  template <class Reply, class Throws>
+  std::optional<Result<Reply>> rc_take(const Call<Reply, Throws>& call) const {
+    const rc_answer answer = robocomp_take(slot_, call.held_.number());
+    if (answer.status == RC_NOT_ENDED) return std::nullopt;
+    return detail::result<Reply, Throws>(answer);
   }
 };
 
@@ -221,6 +273,12 @@ class Publisher : public detail::End {
     const rc_answer answer = robocomp_publish(slot_, operation, writer.bytes());
     if (answer.status != RC_DONE) return detail::failure(answer);
     return std::tuple<>{};
+  }
+
+  // Begins a sample in place.
+  template <class Placed>
+  Loan<Placed> rc_loan(std::size_t operation) const {
+    return Loan<Placed>(detail::checked(robocomp_loan(slot_, operation)));
   }
 };
 

@@ -69,6 +69,8 @@ class Stale final : public CallError {
  private:
   std::chrono::nanoseconds age_;
 };
+// As many started calls of the slot as it may have are under way, or their results wait.
+class TooManyStarted final : public CallError { using CallError::CallError; };
 // This component stops, so it starts no queries.
 class Stopping final : public CallError { using CallError::CallError; };
 // An argument breaks a bound or a range of the IDSL.
@@ -84,6 +86,11 @@ class NotSent final : public CallError { using CallError::CallError; };
 
 // The context was used on another thread than the worker's.
 class WrongThread final : public Ice::Exception { using Ice::Exception::Exception; };
+
+// A member of a slot array was not opened, or is none.
+class MemberError final : public Ice::Exception { using Ice::Exception::Exception; };
+// A view or a loan was used after it was moved from, dropped or sent.
+class Dangling final : public Ice::Exception { using Ice::Exception::Exception; };
 
 // A function of the worker that failed: the component runs on, and counts it. The same holds for every
 // other exception.
@@ -117,6 +124,8 @@ inline std::exception_ptr failure(const rc_answer& answer) {
     case RC_NO_VALUE: return std::make_exception_ptr(NoValue(reason));
     case RC_STALE:
       return std::make_exception_ptr(Stale(reason, std::chrono::nanoseconds(answer.number)));
+    case RC_TOO_MANY_STARTED: return std::make_exception_ptr(TooManyStarted(reason));
+    case RC_NO_MEMBER: return std::make_exception_ptr(MemberError(reason));
     case RC_STOPPING: return std::make_exception_ptr(Stopping(reason));
     case RC_INVALID_ARGUMENT: return std::make_exception_ptr(InvalidArgument(reason));
     case RC_MALFORMED_REPLY: return std::make_exception_ptr(MalformedReply(reason));

@@ -16,6 +16,7 @@
 #include <memory>
 #include <string>
 #include <typeinfo>
+#include <utility>
 
 #include "robocomp/worker.h"
 
@@ -124,15 +125,28 @@ class Program {
     return robocomp_run(&program, static_cast<std::size_t>(count), arguments);
   }
 
+  // Makes the worker of a test on this thread.
+  Specific& start(rc_bytes parameters) {
+    const rc_answer answer = robocomp_test_start(&Program::call, this, parameters);
+    rethrow();
+    detail::checked(answer);
+    return *worker_;
+  }
+  // Throws what the last functions of the worker have thrown, once.
+  void rethrow() {
+    if (std::exception_ptr thrown = std::exchange(thrown_, nullptr)) std::rethrow_exception(thrown);
+  }
+
  private:
   // Runs a function of the worker; every exception is an outcome.
-  static rc_answer call(void* object, std::int32_t function, std::size_t first, std::size_t second,
-                        rc_bytes name, rc_bytes body) noexcept {
+  static rc_answer call(void* object, const rc_call* raw) noexcept {
     auto& self = *static_cast<Program*>(object);
-    self.call_ = std::make_unique<detail::Call>(
-        detail::Call{detail::text(name), detail::Reader(body), RC_DONE, 0, {}});
+    // A started call is the worker's.
+    const std::uint64_t held = raw->function == RC_HANDLE ? raw->held : 0;
+    self.call_ = std::make_unique<detail::Call>(detail::Call{
+        detail::text(raw->name), detail::Reader(raw->body), *raw, detail::Held(held), RC_DONE, 0, {}});
     try {
-      self.dispatch(static_cast<rc_function>(function), first, second, body);
+      self.dispatch(*raw);
       return {self.call_->status, self.call_->number, self.call_->reply.bytes()};
     } catch (const Emergency&) {
       return self.failed(RC_EMERGENCY);
@@ -144,11 +158,13 @@ class Program {
   }
 
   rc_answer failed(std::int32_t status) {
+    thrown_ = std::current_exception();
     text_ = detail::current_exception_text();
     return {status, 0, detail::bytes(text_)};
   }
 
-  void dispatch(rc_function function, std::size_t first, std::size_t second, rc_bytes body) {
+  void dispatch(const rc_call& raw) {
+    const auto function = static_cast<rc_function>(raw.function);
     if (function == RC_INITIALIZE) {
       worker_ = std::make_unique<Specific>();
       worker_base().rc_set_parameters(call_->body);
@@ -169,16 +185,16 @@ class Program {
       case RC_RESTORE: return worker.restore();
       case RC_FINALIZE: return worker.finalize();
       case RC_TRANSITION: return transition(worker, call_->name);
-      case RC_ERROR: return worker.error(call_->name, detail::text(body));
+      case RC_ERROR: return worker.error(call_->name, detail::text(raw.body));
       case RC_END: worker_.reset(); return;
       default: break;
     }
     for (const detail::Entry& entry : worker.rc_functions()) {
-      if (entry.function == function && entry.first == first && entry.second == second) {
+      if (entry.function == function && entry.first == raw.first && entry.second == raw.second) {
         worker.is_written_ = true;
         entry.call(worker, *call_);
         if (!worker.is_written_) call_->status = RC_NOT_WRITTEN;
-        if (function != RC_HANDLE && function != RC_GUARD) enter_emergency();
+        if (function != RC_HANDLE && function != RC_GUARD && function != RC_ENDED) enter_emergency();
         return;
       }
     }
@@ -205,6 +221,7 @@ class Program {
   std::unique_ptr<Specific> worker_;
   std::unique_ptr<detail::Call> call_;
   std::string text_;
+  std::exception_ptr thrown_;
 };
 
 // The `main` of a component.

@@ -17,3 +17,5 @@
 #include "robocomp/cdr.h"
 #include "robocomp/client.h"
 #include "robocomp/errors.h"
+#include "robocomp/in_place.h"
+#include "robocomp/members.h"

@@ -16,6 +16,8 @@
 #include "robocomp/client.h"
 #include "robocomp/context.h"
 #include "robocomp/errors.h"
+#include "robocomp/in_place.h"
+#include "robocomp/members.h"
 
 namespace rc {
 
@@ -36,6 +38,9 @@ namespace detail {
 struct Call {
   std::string name;
   Reader body;
+  rc_call raw;
+  // The sample in place, until the argument of the handler has it.
+  Held held;
   std::int32_t status = RC_DONE;
   std::int64_t number = 0;
   Writer reply;
@@ -116,10 +121,39 @@ namespace detail {
 template <class T>
 using Plain = std::remove_cv_t<std::remove_reference_t<T>>;
 
+// Reads an argument of a handler.
+template <class T>
+void read_argument(Call& call, T& argument) {
+  call.body.get(argument);
+}
+inline void read_argument(Call& call, Member& member) {
+  member = Member(call.raw.member, call.name);
+}
+template <class T>
+void read_argument(Call& call, View<T>& view) {
+  view = View<T>(std::move(call.held), call.raw.body);
+}
+
+// An argument as a parameter of this type takes it: views move.
+template <class Parameter, class T>
+decltype(auto) pass(T& argument) {
+  if constexpr (std::is_reference_v<Parameter>) {
+    return static_cast<T&>(argument);
+  } else {
+    return static_cast<T&&>(argument);
+  }
+}
+
 // Whether a parameter of a handler is an `out` of the IDSL: a reference that it may write.
 template <class T>
 inline constexpr bool is_out =
     std::is_lvalue_reference_v<T> && !std::is_const_v<std::remove_reference_t<T>>;
+
+// Writes an argument that is an `out`.
+template <class Parameter, class T>
+void write_out(Call& call, const T& argument) {
+  if constexpr (is_out<Parameter>) call.reply.put(argument);
+}
 
 // Calls `run`; an exception of the list becomes the reply.
 inline void guarded(Call&, const std::function<void()>& run, Throws<>) { run(); }
@@ -145,7 +179,7 @@ detail::Function handler(Result (Generic::*function)(Parameters...)) {
     std::apply(
         [&](auto&... argument) {
           (void)std::initializer_list<int>{
-              (detail::is_out<Parameters> ? void() : call.body.get(argument), 0)...};
+              (detail::is_out<Parameters> ? void() : detail::read_argument(call, argument), 0)...};
         },
         arguments);
     const auto run = [&] {
@@ -154,15 +188,15 @@ detail::Function handler(Result (Generic::*function)(Parameters...)) {
           [&](auto&... argument) {
             const auto write_outs = [&] {
               (void)std::initializer_list<int>{
-                  (detail::is_out<Parameters> ? call.reply.put(argument) : void(), 0)...};
+                  (detail::write_out<Parameters>(call, argument), 0)...};
             };
             constexpr bool has_outs = (detail::is_out<Parameters> || ... || false);
             if constexpr (std::is_void_v<Result>) {
-              (generic.*function)(argument...);
+              (generic.*function)(detail::pass<Parameters>(argument)...);
               if constexpr (has_outs) write_outs();
               else call.reply.members(std::tuple<>());
             } else {
-              const Result result = (generic.*function)(argument...);
+              const Result result = (generic.*function)(detail::pass<Parameters>(argument)...);
               write_outs();
               call.reply.put(result);
             }
@@ -170,6 +204,25 @@ detail::Function handler(Result (Generic::*function)(Parameters...)) {
           arguments);
     };
     detail::guarded(call, run, detail::Throws<Exceptions...>{});
+  };
+}
+
+// The table's function for the end of a started call.
+template <class Reply, class Throws, class Generic>
+detail::Function ended(void (Generic::*function)(CallId, Result<Reply>)) {
+  return [function](Worker& worker, detail::Call& call) {
+    const rc_answer answer{call.raw.status, call.raw.number, call.raw.body};
+    (static_cast<Generic&>(worker).*function)(CallId(call.raw.held),
+                                              detail::result<Reply, Throws>(answer));
+  };
+}
+template <class Reply, class Throws, class Generic>
+detail::Function ended(void (Generic::*function)(const Member&, CallId, Result<Reply>)) {
+  return [function](Worker& worker, detail::Call& call) {
+    const rc_answer answer{call.raw.status, call.raw.number, call.raw.body};
+    (static_cast<Generic&>(worker).*function)(Member(call.raw.member, call.name),
+                                              CallId(call.raw.held),
+                                              detail::result<Reply, Throws>(answer));
   };
 }
 

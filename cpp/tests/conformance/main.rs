@@ -7,17 +7,21 @@ use rc_middleware::CallError;
 use rc_other_end::{Network, OtherEnd, Over};
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// Returns whether the component could be built.
 fn conforms(over: Over) -> bool {
     let package = package::package("every_type", over);
     let is_built = package.is_some();
-    if let Some(package) = package {
-        rc_other_end::conforms(
-            Network::new("cpp", over),
-            package,
-            faults_stay_in_the_worker,
-        );
+    if let Some(mut package) = package {
+        let network = Network::new("cpp", over);
+        // It calls itself.
+        for member in ["first", "second"] {
+            let to = format!("every_type/served/{member}");
+            let bind = network.bind(&format!("asked.{member}"), &to);
+            package.command.args(["--bind", &bind]);
+        }
+        rc_other_end::conforms(network, package, faults_stay_in_the_worker);
     }
     is_built
 }
@@ -44,10 +48,31 @@ fn a_crash_names_its_function(over: Over) {
     }
 }
 
+/// The component calls the members of its own slot array. Those calls end after the handler that starts
+/// them.
+fn started_calls_end(other: &OtherEnd) {
+    const ASK: i32 = 1000;
+    let backend = other.network.join("started");
+    let mut client = rc_other_end::client(other, &*backend);
+    let mut note = client.make(1).expect("a value");
+    note.number = ASK;
+    let before = client.noted().expect("numbers").len();
+    client.note(&note).expect("a command");
+    let end = Instant::now() + Duration::from_secs(30);
+    let mut noted = Vec::new();
+    while noted.len() < 5 && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(5));
+        noted = client.noted().expect("numbers").split_off(before);
+    }
+    noted.sort_unstable();
+    assert_eq!(noted, [ASK, ASK + 1, ASK + 2, ASK + 10, ASK + 11]);
+}
+
 /// A worker throws what is not an exception, and uses its context on another thread.
 fn faults_stay_in_the_worker(other: &OtherEnd) {
     const THROWS_AN_INT: i32 = 10;
     const ASKS_A_THREAD: i32 = 11;
+    started_calls_end(other);
     let backend = other.network.join("faults");
     let mut client = rc_other_end::client(other, &*backend);
     let thrown = client.fail(THROWS_AN_INT);
@@ -111,6 +136,7 @@ fn the_headers_name_their_release() {
 #[test]
 fn a_component_in_cpp_conforms_over_iceoryx2() {
     if conforms(Over::iceoryx2()) {
+        package::ctest("every_type");
         a_crash_names_its_function(Over::iceoryx2());
     }
 }
@@ -140,6 +166,9 @@ fn ages(over: Over, carries_ages: bool) {
 #[test]
 fn values_in_cpp_know_their_age_over_iceoryx2() {
     ages(Over::iceoryx2(), true);
+    if package::package("aged", Over::iceoryx2()).is_some() {
+        package::ctest("aged");
+    }
 }
 
 #[test]

@@ -39,10 +39,17 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder(name);
     files.write(&folder).expect("to write");
-    let own = Path::new(COMPONENTS).join(name).join("src");
-    for file in std::fs::read_dir(own).expect("a folder") {
-        let file = file.expect("a file");
-        copy(&file.path(), &folder.join("src").join(file.file_name()));
+    // The folder may be that of an earlier release.
+    let cmake_lists = Path::new("CMakeLists.txt");
+    let text = files.text(cmake_lists).expect("a file");
+    renew(text.as_bytes(), &folder.join(cmake_lists));
+    for part in ["src", "tests"] {
+        let own = Path::new(COMPONENTS).join(name).join(part);
+        for file in std::fs::read_dir(own).into_iter().flatten() {
+            let file = file.expect("a file");
+            let text = std::fs::read(file.path()).expect("a file");
+            renew(&text, &folder.join(part).join(file.file_name()));
+        }
     }
     let run = |args: &[&std::ffi::OsStr]| {
         let output = Command::new(cmake.join("cmake")).args(args).output();
@@ -67,13 +74,15 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
         &set("robocomp_DIR", &config),
         &set("ROBOCOMP_LIBRARY", &native()),
         &set("CMAKE_CXX_FLAGS", Path::new(strict)),
+        &set("ROBOCOMP_TESTS", Path::new("ON")),
     ]);
     // The linker must not write into a program that runs, which is the same file.
     let linked = build.join(name);
     let _ = std::fs::remove_file(&linked);
     run(&["--build".as_ref(), build.as_os_str()]);
-    let main = std::fs::read_to_string(folder.join("generated/main.cpp")).expect("a program");
-    let description = main.split("R\"rc_json(").nth(1).expect("a description");
+    let header = folder.join("generated/description.h");
+    let header = std::fs::read_to_string(header).expect("a header");
+    let description = header.split("R\"rc_json(").nth(1).expect("a description");
     let description = description.split(")rc_json\"").next().expect("its end");
     let mut description: Value = serde_json::from_str(description).expect("JSON");
     let program = build.join(format!("{name}_{}", over.name()));
@@ -91,12 +100,25 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     })
 }
 
-/// Copies a file if it is another one: cmake goes by the times of files.
-fn copy(from: &Path, to: &Path) {
-    let text = std::fs::read(from).expect("a file");
-    if std::fs::read(to).ok().as_ref() != Some(&text) {
+/// Writes a file if it has another text: cmake goes by the times of files.
+fn renew(text: &[u8], to: &Path) {
+    if std::fs::read(to).ok().as_deref() != Some(text) {
         std::fs::write(to, text).expect("to write");
     }
+}
+
+/// Runs the test of a component that was built, by ctest.
+pub(crate) fn ctest(name: &str) {
+    let cmake = cmake::folder(name).expect("it was built before");
+    let run = Command::new(cmake.join("ctest"))
+        .arg("--output-on-failure")
+        .current_dir(folder(name).join("build"))
+        .env_remove("LD_LIBRARY_PATH")
+        .output();
+    let run = run.expect("ctest");
+    let said = String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.success(), "{said}");
+    assert!(said.contains("100% tests passed"), "{said}");
 }
 
 pub(crate) fn native() -> PathBuf {

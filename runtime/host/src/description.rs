@@ -51,6 +51,8 @@ struct SlotText {
     role: Role,
     #[serde(default)]
     is_array: bool,
+    #[serde(default)]
+    asynchronous: bool,
     interface: String,
     type_name: String,
     type_hash: String,
@@ -125,6 +127,8 @@ pub struct Slot {
     pub role: Role,
     /// Whether the worker opens its members.
     pub is_array: bool,
+    /// Whether queries can be started, and end later.
+    pub asynchronous: bool,
     /// The operations, in the order of the IDSL.
     pub operations: Vec<Operation>,
     /// The states in which requests are served; `None` for all.
@@ -287,6 +291,7 @@ fn read_slot(catalog: &Catalog, slot: &SlotText) -> Result<Slot, String> {
     Ok(Slot {
         role: slot.role,
         is_array: slot.is_array,
+        asynchronous: slot.asynchronous,
         operations: operations.collect::<Result<_, _>>()?,
         available: slot.available.clone(),
     })

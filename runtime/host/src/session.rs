@@ -190,10 +190,20 @@ impl Session {
     pub fn peers(&self, slot: usize) -> usize {
         self.ends.get(slot).map_or(0, Ends::peers)
     }
+
+    /// Writes the numbers of peers of all slots that send.
+    pub fn count_peers(&self, peers: &mut [usize]) {
+        for (count, ends) in peers.iter_mut().zip(&self.ends) {
+            if ends.client.is_some() || !ends.publishers.is_empty() {
+                *count = ends.peers();
+            }
+        }
+    }
 }
 
 /// Exchanges the session of this thread for another one, and says whether it did: not while a call
-/// uses it. A test has several components on one thread.
+/// uses it. A test has several components on one thread, and a component may keep its session while none
+/// of its functions runs.
 pub fn swap(other: &mut Option<Session>) -> bool {
     SESSION.with(|session| match session.try_borrow_mut() {
         Ok(mut session) => {
@@ -253,11 +263,8 @@ pub fn with_time<T>(use_it: impl FnOnce(&mut TimeSource) -> T) -> Result<T, Host
 /// Writes the numbers of peers of all slots that send, between two functions of the worker.
 pub fn count_peers(peers: &mut [usize]) {
     SESSION.with_borrow(|session| {
-        let ends = session.iter().flat_map(|session| &session.ends);
-        for (count, ends) in peers.iter_mut().zip(ends) {
-            if ends.client.is_some() || !ends.publishers.is_empty() {
-                *count = ends.peers();
-            }
+        if let Some(session) = session {
+            session.count_peers(peers);
         }
     });
 }

@@ -14,9 +14,6 @@ use rc_management::component::State as ComponentState;
 use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
-/// The most calls that end between two periods, as in a running component.
-const MOST_ENDS: usize = 64;
-
 /// The context of a worker under test. It dereferences to the context `C`, and the `TestContext` of
 /// generated code, which has the fake peers, dereferences to it.
 pub struct Bench<C> {
@@ -116,41 +113,16 @@ impl<C: WorkerContext> Bench<C> {
     where
         C: Dispatch<W>,
     {
-        let mut left = time;
-        while !left.is_zero() && !self.ctx.is_stopping() {
-            let state = self.ctx.lifecycle();
-            if state.is_none_or(|state| state == LifecycleState::Active) {
-                self.turn(worker)?;
-            }
-            self.end_calls(worker);
-            self.bed.end_period(&mut self.ctx, &mut left);
-        }
-        Ok(())
-    }
-
-    /// One period of an active component.
-    fn turn<W: 'static>(&mut self, worker: &mut W) -> Result<(), WorkerError>
-    where
-        C: Dispatch<W>,
-    {
-        let (ctx, bed) = (&mut self.ctx, &self.bed);
-        let mut pair = Pair { worker, ctx };
-        let noted = |result| match result {
-            Err(WorkerError::Emergency(_)) => {
-                bed.set_state(ComponentState::Emergency);
-                Ok(())
-            }
-            other => other,
-        };
-        noted(adapter::react(&mut pair))?;
-        if pair.ctx.is_stopping() {
-            return Ok(());
-        }
-        if pair.ctx.state() == ComponentState::Emergency {
-            (C::WORKER.emergency)(pair.worker, pair.ctx);
-            return Ok(());
-        }
-        noted(adapter::step(&mut pair))
+        let ctx = &mut self.ctx;
+        let bed = &self.bed;
+        bed.run(
+            &mut Pair { worker, ctx },
+            time,
+            |pair| (C::WORKER.emergency)(pair.worker, pair.ctx),
+            |pair, slot, member| {
+                adapter::end_call(&mut *pair.worker, &mut *pair.ctx, slot, member).is_some()
+            },
+        )
     }
 
     /// Lets the worker handle the calls that it started and that have ended, as its process does
@@ -160,23 +132,9 @@ impl<C: WorkerContext> Bench<C> {
     where
         C: Dispatch<W>,
     {
-        let mut ended = 0;
-        // A handler may start a call that has ended then.
-        while ended < MOST_ENDS && self.end_one_call(worker) {
-            ended += 1;
-        }
-        ended
-    }
-
-    fn end_one_call<W: 'static>(&mut self, worker: &mut W) -> bool
-    where
-        C: Dispatch<W>,
-    {
-        let all = self.ports.slots().all();
-        let mut slots = all.iter();
-        slots.any(|of| {
-            let member = of.member.as_ref();
-            adapter::end_call(worker, &mut self.ctx, of.described, member).is_some()
+        let ctx = &mut self.ctx;
+        self.bed.end_calls(|slot, member| {
+            adapter::end_call(&mut *worker, &mut *ctx, slot, member).is_some()
         })
     }
 

@@ -25,6 +25,7 @@ pub use rc_middleware::in_place::boxed as in_place;
 pub use server::{FakeCall, FakeServer, Fault, unknown};
 pub use subscriber::{FakeSample, FakeSubscriber};
 
+use crate::adapter::{self, Living};
 use crate::arguments::Arguments;
 use crate::clock::{Clock, SimulatedClock, Time};
 use crate::configuration;
@@ -40,7 +41,7 @@ use backend::{FakeBackend, Hub};
 use rc_configuration::Values;
 use rc_management::component::{ClockKind, State};
 use rc_middleware::typed::Operation;
-use rc_middleware::{Address, Backend, OpenError, WakeEvent};
+use rc_middleware::{Address, Backend, Member, OpenError, WakeEvent};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -48,6 +49,9 @@ use std::time::Duration;
 
 /// The network of a component under test, which messages name.
 const NETWORK: &str = "test";
+
+/// The most calls that end between two periods, as in a running component.
+const MOST_ENDS: usize = 64;
 
 /// The shortest period, as in a running component.
 const SHORTEST_PERIOD: Duration = Duration::from_micros(100);
@@ -183,6 +187,69 @@ impl TestBed {
             Some(lifecycle) => lifecycle.take(transition, run),
             None => Ok(LifecycleState::Active),
         }
+    }
+
+    /// Runs a component for this time: [`Bench::run`], for the runtimes of all languages. `end_call`
+    /// lets it handle the end of one call of a slot, and says whether there was one.
+    #[doc(hidden)]
+    pub fn run<J: Living>(
+        &self,
+        component: &mut J,
+        time: Duration,
+        mut emergency: impl FnMut(&mut J),
+        mut end_call: impl FnMut(&mut J, usize, Option<&Member>) -> bool,
+    ) -> Result<(), WorkerError> {
+        let mut left = time;
+        while !left.is_zero() && !component.core().is_stopping() {
+            let state = component.core().lifecycle();
+            if state.is_none_or(|state| state == LifecycleState::Active) {
+                self.turn(component, &mut emergency)?;
+            }
+            self.end_calls(|slot, member| end_call(component, slot, member));
+            self.end_period(component.core(), &mut left);
+        }
+        Ok(())
+    }
+
+    /// One period of an active component.
+    fn turn<J: Living>(
+        &self,
+        component: &mut J,
+        emergency: &mut impl FnMut(&mut J),
+    ) -> Result<(), WorkerError> {
+        let noted = |result| match result {
+            Err(WorkerError::Emergency(_)) => {
+                self.set_state(State::Emergency);
+                Ok(())
+            }
+            other => other,
+        };
+        noted(adapter::react(component))?;
+        if component.core().is_stopping() {
+            return Ok(());
+        }
+        if component.core().state() == State::Emergency {
+            emergency(component);
+            return Ok(());
+        }
+        noted(adapter::step(component))
+    }
+
+    /// Ends the started calls that have ended: [`Bench::end_calls`], for the runtimes of all
+    /// languages.
+    #[doc(hidden)]
+    pub fn end_calls(&self, mut end_call: impl FnMut(usize, Option<&Member>) -> bool) -> usize {
+        let mut end_one = || {
+            let all = self.slots.all();
+            let mut slots = all.iter();
+            slots.any(|of| end_call(of.described, of.member.as_ref()))
+        };
+        let mut ended = 0;
+        // A handler may start a call that has ended then.
+        while ended < MOST_ENDS && end_one() {
+            ended += 1;
+        }
+        ended
     }
 
     /// Advances time by a period, or by `left` if that is less, and subtracts it. The worker of a

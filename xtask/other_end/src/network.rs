@@ -99,7 +99,7 @@ impl Network {
     }
 
     /// The argument that binds a slot of a component to an address of this network.
-    pub(crate) fn bind(&self, slot: &str, to: &str) -> String {
+    pub fn bind(&self, slot: &str, to: &str) -> String {
         format!("{slot}={}/{to}", self.name)
     }
 

@@ -211,14 +211,50 @@ fn a_component_of_robocomp() {
         "import \"Tags.idsl\";\n// Finds tags.\nComponent OldOne\n{\n    Communications { requires Tags; };\n    \
          language Cpp11;\n    parameters \"old.pdsl\";\n};\n",
     );
-    let (code, out, err) = rcgen(&robot, &["new", "tags", "--from", "../old/old.cdsl"]);
-    assert_eq!(code, 0, "{out}{err}");
-    assert_eq!(
-        read(&robot.join("components/tags/tags.cdsl")),
-        "import \"Tags.idsl\";\n// Finds tags.\nComponent tags\n{\n    Communications { requires Tags; };\n    \
-         language rust;\n    parameters \"old.pdsl\";\n};\n"
+    write(
+        &old.join("src/specificworker.cpp"),
+        "// QTimer\nvoid SpecificWorker::initialize()\n{\n    connect(&timer, SIGNAL(timeout()), this, SLOT(compute()));\n}\n",
     );
+    let cdsl = |name: &str, language: &str| {
+        assert_eq!(
+            read(&robot.join(format!("components/{name}/{name}.cdsl"))),
+            format!(
+                "import \"Tags.idsl\";\n// Finds tags.\nComponent {name}\n{{\n    Communications {{ requires Tags; }};\n    \
+                 language {language};\n    parameters \"old.pdsl\";\n}};\n"
+            )
+        );
+    };
+    let words = [
+        "new",
+        "tags",
+        "--from",
+        "../old/old.cdsl",
+        "--language",
+        "rust",
+    ];
+    let (code, out, err) = rcgen(&robot, &words);
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(!err.contains("SIGNAL"), "{err}");
+    cdsl("tags", "rust");
     assert!(robot.join("components/tags/generated/src/lib.rs").exists());
+    // Without an option, it keeps its language.
+    let (code, out, err) = rcgen(&robot, &["new", "marks", "--from", "../old/old.cdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    cdsl("marks", "cpp");
+    let lines = [
+        "4: `SIGNAL(`: no signals of Qt",
+        "4: `SLOT(`: no slots of Qt",
+    ];
+    for line in lines {
+        assert!(
+            err.contains(&format!("src/specificworker.cpp:{line}")),
+            "{err}"
+        );
+    }
+    assert!(!err.contains("QTimer"), "{err}");
+    for file in ["generated/testing.h", "tests/worker_test.cpp"] {
+        assert!(robot.join("components/marks").join(file).exists());
+    }
 }
 
 #[test]

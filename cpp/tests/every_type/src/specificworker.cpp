@@ -14,6 +14,8 @@ constexpr std::int32_t SLOW = 5;
 constexpr std::int32_t FOREIGN = 10;
 constexpr std::int32_t THREAD = 11;
 constexpr std::int32_t CRASH = 12;
+// A note that lets the component call itself.
+constexpr std::int32_t ASK = 1000;
 
 // The exception of a call from another thread.
 std::string on_another_thread(const Context& ctx) {
@@ -110,4 +112,73 @@ void SpecificWorker::Types_fail(std::int32_t which) {
 void SpecificWorker::Types_wait(std::int32_t milliseconds) {
   repeats_pubproxy->several(milliseconds, 0.0, "", {}, RcTypes::Kind::nothing, {});
   std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+}
+
+void SpecificWorker::initialize() {
+  for (const char* name : {"first", "second"}) {
+    ctx.served.open(name);
+    ctx.asked.open(name);
+  }
+  try {
+    ctx.asked.open("first");
+  } catch (const rc::MemberError&) {
+    return;
+  }
+  throw rc::Fatal("a member was opened twice");
+}
+
+// Starts calls of its own members, which end later.
+void SpecificWorker::Types_note(const RcTypes::Everything& all) {
+  numbers_.push_back(all.number);
+  if (all.number != ASK) return;
+  for (const rc::Member& member : ctx.asked.members()) {
+    echoes_.push_back(ctx.asked[member].start_echo(all));
+    fails_.push_back(ctx.asked[member].start_fail(SOME));
+  }
+}
+
+RcTypes::Everything SpecificWorker::served_echo(const rc::Member& member,
+                                                const RcTypes::Everything& all) {
+  RcTypes::Everything same = all;
+  same.number += static_cast<std::int32_t>(member.index()) + 1;
+  return same;
+}
+
+void SpecificWorker::served_fail(const rc::Member& member, std::int32_t which) {
+  if (member.name() == "first" && which == SOME) throw RcTypes::Gone();
+}
+
+void SpecificWorker::asked_echo_done(const rc::Member& member, rc::CallId call,
+                                     rc::Result<RcTypes::Everything> result) {
+  const bool is_own = call == echoes_.at(member.index()).id();
+  numbers_.push_back(is_own ? result.value().number : -1);
+}
+
+// Takes the results that have no handler.
+void SpecificWorker::compute() {
+  for (std::size_t at = 0; at < fails_.size(); ++at) {
+    auto taken = ctx.asked[ctx.asked.members()[at % 2]].take(fails_[at]);
+    if (!taken) continue;
+    numbers_.push_back(taken->ok() ? ASK + 11 : taken->is<RcTypes::Gone>() ? ASK + 10 : -1);
+  }
+}
+
+void SpecificWorker::Pictures_picture(rc::View<RcTypes::PictureInPlace> picture) {
+  if (picture->number % 2 == 0) {
+    copies_pubproxy->copy(picture.copy());
+  } else {
+    auto copy = copies_pubproxy->loan();
+    copy.set(picture.copy());
+    copy->number = picture->number;
+    copy->data.resize(picture->data.size());
+    std::copy(picture->data.begin(), picture->data.end(), copy->data.begin());
+    copy.send();
+    try {
+      copy->number = 0;
+      throw rc::Fatal("a loan was used after it was sent");
+    } catch (const rc::Dangling&) {
+    }
+  }
+  last_ = std::move(picture);
+  if (picture || !last_) throw rc::Fatal("a view moves");
 }

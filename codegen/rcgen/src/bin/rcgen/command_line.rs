@@ -383,10 +383,10 @@ pub(crate) struct New {
     /// Its period, as in `50ms` [default: 100ms].
     #[arg(long, value_name = "DURATION", value_parser = period)]
     pub(crate) period: Option<Duration>,
-    /// The language of its worker [default: rust].
+    /// The language of its worker [default: rust, or that of the file after `--from`].
     #[arg(long, value_parser = PossibleValuesParser::new(Language::words()))]
     pub(crate) language: Option<String>,
-    /// Starts with a copy of this description, under the new name and in this language.
+    /// Starts with a copy of this description, under the new name.
     #[arg(long, value_name = "FILE.cdsl", conflicts_with_all = ["implements", "requires", "publishes", "subscribes", "period"])]
     pub(crate) from: Option<PathBuf>,
     /// The middleware of all slots that do not choose one: iceoryx2, dds or ros2; local for tests

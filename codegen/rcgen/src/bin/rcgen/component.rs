@@ -4,7 +4,6 @@ use crate::command_line::Common;
 use crate::generation::manifest;
 use crate::reports::{Failure, load, print, report, tell};
 use rc_cdsl::model::Middleware;
-use rc_codegen::stubs::Stubs;
 use rc_codegen::templates::TemplateError;
 use rc_codegen::{Project, copied, generate, worker};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
@@ -47,15 +46,7 @@ pub(crate) fn print_stubs(
     let (mut project, mut found) = load(file, common, &mut sources)?;
     let folder = out.unwrap_or_else(|| project.folder().to_path_buf());
     let language = project.language().unwrap_or_default();
-    let compare = match worker::stubs(&project) {
-        Stubs::Printed(compare) => compare,
-        Stubs::NamedByCompiler(how) => {
-            let (file, title) = (file.display(), language.title());
-            return Err(Failure::Usage(format!(
-                "the worker of {file} is in {title}: {how}"
-            )));
-        }
-    };
+    let compare = worker::stubs(&project);
     // Whatever the file says: the handlers that are there are in this language.
     language
         .word()

@@ -9,10 +9,7 @@ use rc_codegen::files::{Change, Owner, Step};
 use rc_codegen::generation::{self, Component, Part};
 use rc_codegen::interface_crate::{self, InterfaceCrate};
 use rc_codegen::note::Note;
-use rc_codegen::stubs::Stubs;
-use rc_codegen::{
-    FileLoader, Project, copied, dependencies, parallel, paths, source_files, stubs, worker,
-};
+use rc_codegen::{FileLoader, Project, copied, dependencies, parallel, paths, source_files, stubs};
 use rc_diagnostics::{Diagnostics, Format, SourceMap};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -366,23 +363,18 @@ impl Group {
             if let Some(at) = part.component {
                 let (project, format) = (&projects[at], args.common.format);
                 let (file, has_changed) = (project.path.display(), handlers_changed(steps));
-                match worker::stubs(project) {
-                    Stubs::Printed(_) if project.is_built_by_cargo() => {
-                        if has_changed {
-                            say_what_is_missing(project, &part.folder, &mut sources, format);
-                        }
-                        // Where the worker cannot be read, the compiler reports it.
-                        if let Ok(found) = stubs::unreachable(project, &mut sources) {
-                            print_findings(&sources, &found, format);
-                        }
+                if project.is_built_by_cargo() {
+                    if has_changed {
+                        say_what_is_missing(project, &part.folder, &mut sources, format);
                     }
-                    Stubs::Printed(_) if has_changed => tell(format_args!(
+                    // Where the worker cannot be read, the compiler reports it.
+                    if let Ok(found) = stubs::unreachable(project, &mut sources) {
+                        print_findings(&sources, &found, format);
+                    }
+                } else if has_changed {
+                    tell(format_args!(
                         "{file}: the handlers changed; `rcgen stubs {file}` prints what the worker lacks"
-                    )),
-                    Stubs::NamedByCompiler(_) if has_changed => tell(format_args!(
-                        "{file}: the handlers changed; the compiler names what the worker lacks"
-                    )),
-                    Stubs::Printed(_) | Stubs::NamedByCompiler(_) => {}
+                    ));
                 }
             }
             if let Some(at) = part.component

@@ -8,7 +8,7 @@ use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::Change;
 use rc_codegen::new_component::{self, NewComponent};
 use rc_codegen::paths::{absolute, relative};
-use rc_codegen::{FileLoader, Files, names, workspace};
+use rc_codegen::{FileLoader, Files, from_robocomp, names, workspace};
 use rc_vocabulary::Language;
 use std::path::Path;
 
@@ -66,11 +66,12 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
             .filter(|(_, interfaces)| !interfaces.is_empty())
             .collect(),
         period: args.period,
-        language: args
-            .language
-            .as_deref()
-            .and_then(Language::from_word)
-            .unwrap_or(Language::Rust),
+        language: match (args.language.as_deref(), &args.from) {
+            (Some(word), _) => Language::from_word(word),
+            (None, Some(from)) => NewComponent::language_of(from).map_err(refused)?,
+            (None, None) => None,
+        }
+        .unwrap_or(Language::Rust),
         from: args.from,
     };
     let loader = FileLoader::new(&args.common.include);
@@ -92,6 +93,11 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
         std::fs::remove_dir_all(&folder).map_err(system)?;
         tell(format_args!("{} was removed again", folder.display()));
         return generated;
+    }
+    if let (Language::Cpp, Some(old)) = (wanted.language, &wanted.from) {
+        for line in from_robocomp::gone(old).map_err(system)? {
+            tell(format_args!("{line}"));
+        }
     }
     let member = new_component::member(&workspace, &wanted).map_err(system)?;
     for step in member.write(workspace.root()).map_err(system)? {

@@ -1,0 +1,127 @@
+//! What the worker of an old component in C++ uses and a new one does not have.
+
+use std::io;
+use std::path::Path;
+
+/// A text in the code of an old worker, and what takes its place.
+const GONE: [(&str, &str); 21] = [
+    ("Q_OBJECT", "a worker is no QObject; remove it"),
+    (
+        "SIGNAL(",
+        "no signals of Qt; a handler or compute() runs in place of the slot",
+    ),
+    (
+        "SLOT(",
+        "no slots of Qt; a handler or compute() runs in place of it",
+    ),
+    (
+        "QObject::connect",
+        "no signals of Qt; a handler or compute() runs in place of the slot",
+    ),
+    (
+        "QTimer",
+        "the runtime runs compute() once a period; remove the timer",
+    ),
+    (
+        "QMutex",
+        "all functions of the worker run on one thread; remove the lock",
+    ),
+    (
+        "std::mutex",
+        "all functions of the worker run on one thread; it is only for threads of your own",
+    ),
+    ("USE_QTGUI", "a worker in C++ has no window"),
+    (
+        "DSR::",
+        "no shared world in C++; write this worker in Rust or Python (`world`), or ask a component that has it",
+    ),
+    (
+        "G->",
+        "no shared world in C++; write this worker in Rust or Python (`world`), or ask a component that has it",
+    ),
+    (
+        "IceStorm",
+        "there is no broker; the slots of `publishes` and `subscribesTo` connect themselves",
+    ),
+    ("topicManager", "there is no broker; remove it"),
+    (
+        "Ice::Current",
+        "handlers have the parameters of the IDSL only",
+    ),
+    ("Ice::Communicator", "the runtime connects slots; remove it"),
+    (
+        "MapPrx",
+        "the constructor has no parameters; proxies are members of GenericWorker",
+    ),
+    (
+        "TuplePrx",
+        "the constructor has no parameters; proxies are members of GenericWorker",
+    ),
+    (
+        "ParameterList",
+        "a .pdsl declares parameters, `params` has their values",
+    ),
+    (
+        "configLoader",
+        "a .pdsl declares parameters, `params` has their values",
+    ),
+    (
+        "startup_check",
+        "`ctest` runs tests/worker_test.cpp in its place",
+    ),
+    (
+        "hibernation",
+        "the network decides when a component runs (`rcdeploy stop`, `start`)",
+    ),
+    (
+        "setPeriod(\"",
+        "setPeriod has one argument, milliseconds; a state machine has one period",
+    ),
+];
+
+/// Where the worker beside an old description has such a text: `FILE:LINE: TEXT: …`. Each text once a file.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn gone(cdsl: &Path) -> io::Result<Vec<String>> {
+    let folder = cdsl.parent().unwrap_or(Path::new("")).join("src");
+    let mut all = Vec::new();
+    for name in ["specificworker.h", "specificworker.cpp"] {
+        let path = folder.join(name);
+        if !path.is_file() {
+            continue;
+        }
+        let text = rc_files::read(&path).map_err(|error| crate::paths::named(&path, &error))?;
+        for (word, instead) in GONE {
+            let mut lines = text.lines().enumerate();
+            let found = lines.find(|(_, line)| uses(line, word));
+            all.extend(
+                found.map(|(at, _)| format!("{}:{}: `{word}`: {instead}", path.display(), at + 1)),
+            );
+        }
+    }
+    Ok(all)
+}
+
+/// Whether a line of code has a text that no longer name contains.
+fn uses(line: &str, word: &str) -> bool {
+    let code = line.split("//").next().unwrap_or_default();
+    let mut places = code.match_indices(word);
+    places.any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        !before.is_some_and(|c| c.is_ascii_alphanumeric() || c == '_')
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uses;
+
+    #[test]
+    fn comments_and_longer_names_do_not_count() {
+        assert!(uses("    QTimer timer;", "QTimer"));
+        assert!(uses("auto n = G->get_node(1);", "G->"));
+        assert!(!uses("// QTimer", "QTimer"));
+        assert!(!uses("LOG->write();", "G->"));
+    }
+}
