@@ -65,24 +65,20 @@ pub(super) fn sample(view: &view::Component, of: &Operation) -> Option<String> {
 
 /// A member of a structure in place. An optional one is missing at first.
 pub(super) fn field(view: &view::Component, member: &Member) -> Field {
-    let own = library::field(view, member);
+    let mut own = library::field(view, member);
     let ty = types::in_place(&member.ty, &|named| path(view, named));
     let is_plain = matches!(
         resolved(&member.ty),
         Type::Primitive(_) | Type::Text { .. } | Type::Array { .. }
     );
     let is_enum = matches!(resolved(&member.ty), Type::Named(named) if named.of == Declared::Enum);
-    Field {
-        ty: if member.optional {
-            format!("rc::Maybe<{ty}>")
-        } else {
-            ty
-        },
-        default: if (is_plain || is_enum) && !member.optional {
-            own.default
-        } else {
-            "{}".to_owned()
-        },
-        ..own
+    if member.optional || !(is_plain || is_enum) {
+        own.default = "{}".to_owned();
     }
+    own.ty = if member.optional {
+        format!("rc::Maybe<{ty}>")
+    } else {
+        ty
+    };
+    own
 }

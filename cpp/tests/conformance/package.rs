@@ -12,13 +12,23 @@ use std::sync::{Mutex, PoisonError};
 /// The folder of the components.
 const COMPONENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests");
 
+/// The runtime keeps descriptions for ever, which would be leaks.
+const WITHOUT_LEAKS: &str = "detect_leaks=0";
+
 /// Held by the test that builds. The programs for all middlewares have the same worker and the same
 /// interfaces, which the first build compiles.
 static BUILD: Mutex<()> = Mutex::new(());
 
+/// The sanitizers under which components run, as `-fsanitize` takes them (`RC_CPP_SANITIZE`).
+pub(crate) fn sanitizer() -> Option<String> {
+    std::env::var("RC_CPP_SANITIZE").ok()
+}
+
 /// Where a program is built, in a path with a space.
 fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name.replace('_', " "))
+    let mut name = name.replace('_', " ");
+    name.extend(sanitizer().map(|of| format!(" {}", of.replace(',', " "))));
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
 /// Generates and builds a component. `None` without cmake or a compiler: the test is listed as
@@ -65,7 +75,11 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     };
     let build = folder.join("build");
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("cmake");
-    let strict = "-Wall -Wextra -Wpedantic -Werror";
+    let mut flags = "-Wall -Wextra -Wpedantic -Werror".to_owned();
+    if let Some(sanitizer) = sanitizer() {
+        flags +=
+            &format!(" -fsanitize={sanitizer} -fno-sanitize-recover=all -fno-omit-frame-pointer");
+    }
     run(&[
         "-S".as_ref(),
         folder.as_os_str(),
@@ -73,7 +87,7 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
         build.as_os_str(),
         &set("robocomp_DIR", &config),
         &set("ROBOCOMP_LIBRARY", &native()),
-        &set("CMAKE_CXX_FLAGS", Path::new(strict)),
+        &set("CMAKE_CXX_FLAGS", Path::new(&flags)),
         &set("ROBOCOMP_TESTS", Path::new("ON")),
     ]);
     // The linker must not write into a program that runs, which is the same file.
@@ -93,6 +107,7 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     // The program names the library of this build; cargo's folders may have an older one.
     let mut command = Command::new(program);
     command.env_remove("LD_LIBRARY_PATH");
+    command.env("ASAN_OPTIONS", WITHOUT_LEAKS);
     Some(Package {
         command,
         slots: description["slots"].take(),
@@ -114,6 +129,7 @@ pub(crate) fn ctest(name: &str) {
         .arg("--output-on-failure")
         .current_dir(folder(name).join("build"))
         .env_remove("LD_LIBRARY_PATH")
+        .env("ASAN_OPTIONS", WITHOUT_LEAKS)
         .output();
     let run = run.expect("ctest");
     let said = String::from_utf8_lossy(&run.stdout);

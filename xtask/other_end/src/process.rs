@@ -70,6 +70,18 @@ impl OtherEnd {
         let _ = self.process.wait();
     }
 
+    /// The memory of the component that is in use, in bytes.
+    ///
+    /// # Panics
+    /// It has ended.
+    pub fn memory(&self) -> u64 {
+        let path = format!("/proc/{}/statm", self.process.id());
+        let text = std::fs::read_to_string(path).expect("the process");
+        let pages = text.split(' ').nth(1).and_then(|pages| pages.parse().ok());
+        let pages: u64 = pages.expect("a number of pages");
+        pages * 4096
+    }
+
     /// The output of the component so far.
     pub fn said(&mut self) -> String {
         let mut said = String::new();

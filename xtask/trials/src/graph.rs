@@ -3,10 +3,10 @@
 //! comparisons in their long form.
 
 use crate::figure::{Figure, table};
-use crate::programs::{Failure, cargo, output, target};
+use crate::programs::{Failure, LongTest, cargo, long_tests, output, target};
 use std::collections::HashMap;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The limit for a build and a run.
 const LIMIT: Duration = Duration::from_mins(15);
@@ -16,7 +16,7 @@ const PEERS: &str = include_str!("graph.py");
 const PACKAGES: &str = "grafeo==0.6.0\nloro==1.17.1\nnetworkx==3.6.1\nreal_ladybug==0.15.3\n";
 
 /// Tests, with the variables that make them longer than in the test run.
-const LONG: [(&str, &str, &[(&str, &str)]); 4] = [
+const LONG: [LongTest; 4] = [
     (
         "a million operations beside petgraph and networkx",
         "-p property-graph --test all oracle::",
@@ -72,29 +72,7 @@ pub(crate) fn run() -> Result<(), Failure> {
 
 /// `cargo xtask soak graph`: the comparisons with other implementations in their long form.
 pub(crate) fn soak() -> Result<(), Failure> {
-    for (what, test, variables) in LONG {
-        let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
-        let more = test.split(' ').chain(["--", "--nocapture"]);
-        let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
-        command.envs(variables.iter().copied());
-        let start = Instant::now();
-        let told = output(command, LIMIT)?;
-        print!("{told}");
-        let mut results = told
-            .lines()
-            .filter_map(|l| l.strip_prefix("test result: ok. "));
-        if !results.any(|counts| !counts.starts_with("0 passed")) {
-            return Err(format!("{what}: no test fits `{test}`").into());
-        }
-        let is_whole = !told.contains("skipped:");
-        let word = if is_whole {
-            "passed"
-        } else {
-            "skipped in part"
-        };
-        println!("{what}: {word}, {:.0} s", start.elapsed().as_secs_f64());
-    }
-    Ok(())
+    long_tests(&LONG, LIMIT)
 }
 
 /// Seconds by name.

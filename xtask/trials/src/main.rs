@@ -7,6 +7,7 @@ mod chaos;
 mod compare;
 mod convert;
 mod counts;
+mod cpp;
 mod dds;
 mod deny;
 mod deploy;
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
         ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
+        ["soak", "cpp"] => cpp::soak().map_err(|e| e.to_string()),
         ["soak", "graph"] => graph::soak().map_err(|e| e.to_string()),
         ["soak", "chains"] => fresh::soak("600").map_err(|e| e.to_string()),
         ["soak", "chains", seconds] => fresh::soak(seconds).map_err(|e| e.to_string()),

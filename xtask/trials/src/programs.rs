@@ -53,6 +53,41 @@ pub(crate) fn output(command: Command, limit: Duration) -> Result<String, Failur
     Ok(read_back(stdout)?)
 }
 
+/// Tests in their long form: a title, the arguments that select them, and the variables that make them
+/// long.
+pub(crate) type LongTest = (
+    &'static str,
+    &'static str,
+    &'static [(&'static str, &'static str)],
+);
+
+/// Runs tests in their long form, each at most for `limit`.
+pub(crate) fn long_tests(tests: &[LongTest], limit: Duration) -> Result<(), Failure> {
+    for (what, test, variables) in tests {
+        let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
+        let more = test.split(' ').chain(["--", "--nocapture"]);
+        let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
+        command.envs(variables.iter().copied());
+        let start = Instant::now();
+        let told = output(command, limit)?;
+        print!("{told}");
+        let mut results = told
+            .lines()
+            .filter_map(|l| l.strip_prefix("test result: ok. "));
+        if !results.any(|counts| !counts.starts_with("0 passed")) {
+            return Err(format!("{what}: no test fits `{test}`").into());
+        }
+        let is_whole = !told.contains("skipped:");
+        let word = if is_whole {
+            "passed"
+        } else {
+            "skipped in part"
+        };
+        println!("{what}: {word}, {:.0} s", start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
 struct Ended {
     took: Duration,
     errors: String,
