@@ -173,12 +173,11 @@ pub(crate) fn open(program: Arc<Program>, answers: Guest) -> Result<Answer, Answ
 
 /// Makes the worker, initializes it, and starts its state machine.
 pub(crate) fn start(guest: Guest, parameters: &[u8]) -> Result<Answer, Answer> {
-    let (program, bed, ports) = with(|bench| {
+    let (program, ports) = with(|bench| {
         if bench.component.is_some() {
             return Err(wrong("the test has started its worker already"));
         }
-        let parts = (&bench.program, &bench.bed, &bench.ports);
-        Ok((Arc::clone(parts.0), parts.1.clone(), Ports::clone(parts.2)))
+        Ok((Arc::clone(&bench.program), Ports::clone(&bench.ports)))
     })?;
     let mut session = None;
     session::swap(&mut session);
@@ -186,7 +185,6 @@ pub(crate) fn start(guest: Guest, parameters: &[u8]) -> Result<Answer, Answer> {
     let is_managed = program.description.managed;
     let made = Component::initialize(program, guest, session, parameters);
     let mut component = made.map_err(|error| Answer::of_worker(&error))?;
-    bed.complete_members().map_err(wrong)?;
     adapter::begin(&mut component, is_managed, &ports).map_err(wrong)?;
     keep(component)?;
     Ok(Answer::number(0))

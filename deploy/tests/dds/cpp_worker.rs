@@ -23,6 +23,22 @@ fn tool(site: &Site, cmake: &Path) -> Command {
     command
 }
 
+/// `ctest` in the folder of the build.
+fn its_own_test_passes(site: &Site, cmake: &Path) {
+    let folder = Site::components().join("avoider_cpp");
+    for words in [
+        "cmake -S . -B build -DROBOCOMP_TESTS=ON",
+        "cmake --build build",
+        "ctest --test-dir build",
+    ] {
+        let mut words = words.split(' ');
+        let mut command = Command::new(cmake.join(words.next().unwrap_or_default()));
+        command.args(words).current_dir(&folder);
+        let run = site.run(command);
+        assert_eq!(run.code, 0, "{run:?}");
+    }
+}
+
 /// Both avoiders compute with 32 bits in the same order, so their traces have no tolerance.
 #[test]
 fn the_avoider_in_cpp_does_what_that_in_rust_does() {
@@ -43,6 +59,7 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     site.assert_nothing_left();
     let commands = Site::components().join("avoider_cpp/build/compile_commands.json");
     assert!(commands.exists(), "an editor finds no flags");
+    its_own_test_passes(&site, &cmake);
 
     let iceoryx2 = "middleware iceoryx2;";
     let rust = trace("cpp_trace_rust", &rcdeploy, RUST, 500, iceoryx2);
