@@ -126,6 +126,7 @@ struct Operation {
     /// that returns its samples.
     on: String,
     calls: String,
+    samples: String,
 }
 
 /// The headers of a component's modules.
@@ -363,12 +364,8 @@ pub(super) fn ends(view: &view::Component, interface: &library::Interface) -> En
         of.start = collisions::free(format!("start_{bare}"), &mut taken);
         of.loan = collisions::free(format!("loan_{bare}"), &mut taken);
         of.on = collisions::free(format!("on_{bare}"), &mut fake);
-        let kept = if of.two_way || interface.calls {
-            "calls"
-        } else {
-            "samples"
-        };
-        of.calls = collisions::free(format!("{bare}_{kept}"), &mut fake);
+        of.calls = collisions::free(format!("{bare}_calls"), &mut fake);
+        of.samples = collisions::free(format!("{bare}_samples"), &mut fake);
     }
     let mut placed = operations.iter().filter(|of| !of.placed.is_empty());
     let loan = match (placed.next(), placed.next()) {
@@ -457,6 +454,7 @@ fn operation(index: usize, of: &library::Operation) -> Operation {
         loan: String::new(),
         on: String::new(),
         calls: String::new(),
+        samples: String::new(),
         index,
         name,
         doc: documentation::of_operation(of, names::own),
@@ -520,7 +518,7 @@ pub(super) fn signature(
     (operation.result, with_member(slot, &of.inputs, parameters))
 }
 
-/// Parameters of a function that handles something of a slot: those of an array begin with the member.
+/// Parameters of a handler of a slot: those of an array begin with the member.
 fn with_member(slot: &view::Slot, inputs: &[Member], parameters: String) -> String {
     if !slot.is_array {
         return parameters;
@@ -551,7 +549,12 @@ pub(super) fn ended(index: usize, slot: &view::Slot, of: &library::Interface) ->
     queries
         .map(|(number, of)| {
             let Operation { reply, throws, .. } = operation(number, of);
-            let parameters = format!("rc::CallId call, rc::Result<{reply}> result");
+            let member = if slot.is_array {
+                "const rc::Member& /*member*/, "
+            } else {
+                ""
+            };
+            let parameters = format!("{member}rc::CallId /*call*/, rc::Result<{reply}> /*result*/");
             let throws = match throws.as_str() {
                 "" => ", rc::detail::Throws<>",
                 some => some,
@@ -560,7 +563,7 @@ pub(super) fn ended(index: usize, slot: &view::Slot, of: &library::Interface) ->
                 slot: index,
                 operation: number,
                 name: format!("{}_done", names::handler(&slot.name, &of.name)),
-                parameters: with_member(slot, &[], parameters),
+                parameters,
                 types: format!("{reply}{throws}"),
             }
         })
