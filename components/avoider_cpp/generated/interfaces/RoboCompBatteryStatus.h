@@ -46,13 +46,9 @@ class BatteryStatusPrx : public rc::Client {
  public:
   using rc::Client::Client;
 
-  RoboCompBatteryStatus::TBattery getBatteryState() const {
-    return get_battery_state();
-  }
+  RoboCompBatteryStatus::TBattery getBatteryState() const { return get_battery_state(); }
   RoboCompBatteryStatus::TBattery get_battery_state() const { return try_get_battery_state().value(); }
-  rc::Result<RoboCompBatteryStatus::TBattery> try_get_battery_state() const {
-    return rc_try<RoboCompBatteryStatus::TBattery, rc::detail::Throws<RoboCompBatteryStatus::HardwareFailedException>>(0);
-  }
+  rc::Result<RoboCompBatteryStatus::TBattery> try_get_battery_state() const { return rc_try<RoboCompBatteryStatus::TBattery, rc::detail::Throws<RoboCompBatteryStatus::HardwareFailedException>>(0); }
 };
 using BatteryStatusPrxPtr = std::shared_ptr<BatteryStatusPrx>;
 

@@ -44,100 +44,64 @@ class DifferentialRobotPrx : public rc::Client {
   using rc::Client::Client;
 
   /// The whole state at once.
-  void getBaseState(RoboCompGenericBase::TBaseState& state) const {
-    state = get_base_state();
-  }
+  void getBaseState(RoboCompGenericBase::TBaseState& state) const { state = get_base_state(); }
   RoboCompGenericBase::TBaseState get_base_state() const { return try_get_base_state().value(); }
-  rc::Result<RoboCompGenericBase::TBaseState> try_get_base_state() const {
-    return rc_try<RoboCompGenericBase::TBaseState, rc::detail::Throws<RoboCompGenericBase::HardwareFailedException>>(0);
-  }
+  rc::Result<RoboCompGenericBase::TBaseState> try_get_base_state() const { return rc_try<RoboCompGenericBase::TBaseState, rc::detail::Throws<RoboCompGenericBase::HardwareFailedException>>(0); }
 
   /// The position and heading by the wheels alone, rounded to whole millimetres.
   ///
   /// - `x`: in mm
   /// - `z`: in mm
   /// - `alpha`: in rad
-  void getBasePose(std::int32_t& x, std::int32_t& z, float& alpha) const {
-    std::tie(x, z, alpha) = get_base_pose();
-  }
+  void getBasePose(std::int32_t& x, std::int32_t& z, float& alpha) const { std::tie(x, z, alpha) = get_base_pose(); }
   std::tuple<std::int32_t, std::int32_t, float> get_base_pose() const { return try_get_base_pose().value(); }
-  rc::Result<std::tuple<std::int32_t, std::int32_t, float>> try_get_base_pose() const {
-    return rc_try<std::tuple<std::int32_t, std::int32_t, float>, rc::detail::Throws<RoboCompGenericBase::HardwareFailedException>>(1);
-  }
+  rc::Result<std::tuple<std::int32_t, std::int32_t, float>> try_get_base_pose() const { return rc_try<std::tuple<std::int32_t, std::int32_t, float>, rc::detail::Throws<RoboCompGenericBase::HardwareFailedException>>(1); }
 
   /// How the base is built.
-  RoboCompDifferentialRobot::TMechParams getMechParams() const {
-    return get_mech_params();
-  }
+  RoboCompDifferentialRobot::TMechParams getMechParams() const { return get_mech_params(); }
   RoboCompDifferentialRobot::TMechParams get_mech_params() const { return try_get_mech_params().value(); }
-  rc::Result<RoboCompDifferentialRobot::TMechParams> try_get_mech_params() const {
-    return rc_try<RoboCompDifferentialRobot::TMechParams>(2);
-  }
+  rc::Result<RoboCompDifferentialRobot::TMechParams> try_get_mech_params() const { return rc_try<RoboCompDifferentialRobot::TMechParams>(2); }
 
   /// Drives on with this speed, forwards, and this speed of turning, counter-clockwise, until the next command.
   ///
   /// - `adv`: in mm/s
   /// - `rot`: in rad/s
-  void setSpeedBase(float adv, float rot) const {
-    set_speed_base(adv, rot);
-  }
+  void setSpeedBase(float adv, float rot) const { set_speed_base(adv, rot); }
   void set_speed_base(float adv, float rot) const { return try_set_speed_base(adv, rot).value(); }
-  rc::Result<void> try_set_speed_base(float adv, float rot) const {
-    return rc_try<void>(3, adv, rot);
-  }
+  rc::Result<void> try_set_speed_base(float adv, float rot) const { return rc_try<void>(3, adv, rot); }
 
   /// Ends every motion.
-  void stopBase() const {
-    stop_base();
-  }
+  void stopBase() const { stop_base(); }
   void stop_base() const { return try_stop_base().value(); }
-  rc::Result<void> try_stop_base() const {
-    return rc_try<void>(4);
-  }
+  rc::Result<void> try_stop_base() const { return rc_try<void>(4); }
 
   /// Calls the place where the base stands the origin.
-  void resetOdometer() const {
-    reset_odometer();
-  }
+  void resetOdometer() const { reset_odometer(); }
   void reset_odometer() const { return try_reset_odometer().value(); }
-  rc::Result<void> try_reset_odometer() const {
-    return rc_try<void>(5);
-  }
+  rc::Result<void> try_reset_odometer() const { return rc_try<void>(5); }
 
   /// Takes positions and headings, the corrected ones too, from a state.
-  void setOdometer(const RoboCompGenericBase::TBaseState& state) const {
-    set_odometer(state);
-  }
+  void setOdometer(const RoboCompGenericBase::TBaseState& state) const { set_odometer(state); }
   void set_odometer(const RoboCompGenericBase::TBaseState& state) const { return try_set_odometer(state).value(); }
-  rc::Result<void> try_set_odometer(const RoboCompGenericBase::TBaseState& state) const {
-    return rc_try<void>(6, state);
-  }
+  rc::Result<void> try_set_odometer(const RoboCompGenericBase::TBaseState& state) const { return rc_try<void>(6, state); }
 
   /// Says where the base stands, by the wheels.
   ///
   /// - `x`: in mm
   /// - `z`: in mm
   /// - `alpha`: in rad
-  void setOdometerPose(std::int32_t x, std::int32_t z, float alpha) const {
-    set_odometer_pose(x, z, alpha);
-  }
+  void setOdometerPose(std::int32_t x, std::int32_t z, float alpha) const { set_odometer_pose(x, z, alpha); }
   void set_odometer_pose(std::int32_t x, std::int32_t z, float alpha) const { return try_set_odometer_pose(x, z, alpha).value(); }
-  rc::Result<void> try_set_odometer_pose(std::int32_t x, std::int32_t z, float alpha) const {
-    return rc_try<void>(7, x, z, alpha);
-  }
+  rc::Result<void> try_set_odometer_pose(std::int32_t x, std::int32_t z, float alpha) const { return rc_try<void>(7, x, z, alpha); }
 
   /// Sets the true pose of the base; the counts of the wheels stay.
   ///
   /// - `x`: in mm
   /// - `z`: in mm
   /// - `alpha`: in rad
-  void correctOdometer(std::int32_t x, std::int32_t z, float alpha) const {
-    correct_odometer(x, z, alpha);
-  }
+  void correctOdometer(std::int32_t x, std::int32_t z, float alpha) const { correct_odometer(x, z, alpha); }
   void correct_odometer(std::int32_t x, std::int32_t z, float alpha) const { return try_correct_odometer(x, z, alpha).value(); }
-  rc::Result<void> try_correct_odometer(std::int32_t x, std::int32_t z, float alpha) const {
-    return rc_try<void>(8, x, z, alpha);
-  }
+  rc::Result<void> try_correct_odometer(std::int32_t x, std::int32_t z, float alpha) const { return rc_try<void>(8, x, z, alpha); }
 };
 using DifferentialRobotPrxPtr = std::shared_ptr<DifferentialRobotPrx>;
 

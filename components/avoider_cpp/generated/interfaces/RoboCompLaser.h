@@ -69,32 +69,20 @@ class LaserPrx : public rc::Client {
  public:
   using rc::Client::Client;
 
-  RoboCompLaser::TLaserData getLaserData() const {
-    return get_laser_data();
-  }
+  RoboCompLaser::TLaserData getLaserData() const { return get_laser_data(); }
   RoboCompLaser::TLaserData get_laser_data() const { return try_get_laser_data().value(); }
-  rc::Result<RoboCompLaser::TLaserData> try_get_laser_data() const {
-    return rc_try<RoboCompLaser::TLaserData>(0);
-  }
+  rc::Result<RoboCompLaser::TLaserData> try_get_laser_data() const { return rc_try<RoboCompLaser::TLaserData>(0); }
 
   /// A scan, and where the base stood when it was taken.
-  RoboCompLaser::TLaserData getLaserAndBStateData(RoboCompGenericBase::TBaseState& bState) const {
-    RoboCompLaser::TLaserData rc_result{};
+  RoboCompLaser::TLaserData getLaserAndBStateData(RoboCompGenericBase::TBaseState& bState) const { RoboCompLaser::TLaserData rc_result{};
     std::tie(bState, rc_result) = get_laser_and_b_state_data();
-    return rc_result;
-  }
+    return rc_result; }
   std::tuple<RoboCompGenericBase::TBaseState, RoboCompLaser::TLaserData> get_laser_and_b_state_data() const { return try_get_laser_and_b_state_data().value(); }
-  rc::Result<std::tuple<RoboCompGenericBase::TBaseState, RoboCompLaser::TLaserData>> try_get_laser_and_b_state_data() const {
-    return rc_try<std::tuple<RoboCompGenericBase::TBaseState, RoboCompLaser::TLaserData>>(1);
-  }
+  rc::Result<std::tuple<RoboCompGenericBase::TBaseState, RoboCompLaser::TLaserData>> try_get_laser_and_b_state_data() const { return rc_try<std::tuple<RoboCompGenericBase::TBaseState, RoboCompLaser::TLaserData>>(1); }
 
-  RoboCompLaser::LaserConfData getLaserConfData() const {
-    return get_laser_conf_data();
-  }
+  RoboCompLaser::LaserConfData getLaserConfData() const { return get_laser_conf_data(); }
   RoboCompLaser::LaserConfData get_laser_conf_data() const { return try_get_laser_conf_data().value(); }
-  rc::Result<RoboCompLaser::LaserConfData> try_get_laser_conf_data() const {
-    return rc_try<RoboCompLaser::LaserConfData>(2);
-  }
+  rc::Result<RoboCompLaser::LaserConfData> try_get_laser_conf_data() const { return rc_try<RoboCompLaser::LaserConfData>(2); }
 };
 using LaserPrxPtr = std::shared_ptr<LaserPrx>;
 
