@@ -198,6 +198,21 @@ impl Component {
 }
 
 impl Plan {
+    /// A plan without recording and chains.
+    pub fn new(
+        network: impl Into<String>,
+        ddsl: impl Into<PathBuf>,
+        components: impl IntoIterator<Item = Component>,
+    ) -> Self {
+        Self {
+            network: network.into(),
+            ddsl: ddsl.into(),
+            components: components.into_iter().collect(),
+            ring: None,
+            chains: Vec::new(),
+        }
+    }
+
     /// For each component, the components of its process, also itself.
     pub fn mates(&self) -> Vec<BTreeSet<usize>> {
         let mut processes: HashMap<&str, BTreeSet<usize>> = HashMap::new();
@@ -301,20 +316,11 @@ mod tests {
     use super::*;
 
     fn plan(components: &[(&str, &[&str])]) -> Plan {
-        let components = components
-            .iter()
-            .map(|(name, after)| Component {
-                after: after.iter().map(|&n| n.to_owned()).collect(),
-                ..Component::new(*name, "/bin/true", "/")
-            })
-            .collect();
-        Plan {
-            network: "net".to_owned(),
-            ddsl: "net.ddsl".into(),
-            components,
-            ring: None,
-            chains: Vec::new(),
-        }
+        let components = components.iter().map(|(name, after)| Component {
+            after: after.iter().map(|&n| n.to_owned()).collect(),
+            ..Component::new(*name, "/bin/true", "/")
+        });
+        Plan::new("net", "net.ddsl", components)
     }
 
     fn needs(components: &[(&str, &[&str])]) -> Vec<Vec<usize>> {

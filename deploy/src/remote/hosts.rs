@@ -239,13 +239,8 @@ mod tests {
             (Some(("h", "10.0.0.2")), "c"),
             (Some(("i", "10.0.0.2")), "d"),
         ];
-        let plan = Plan {
-            network: "net".to_owned(),
-            ddsl: "net.ddsl".into(),
-            components: components.map(|(host, name)| on(host, name)).into(),
-            ring: None,
-            chains: Vec::new(),
-        };
+        let components = components.map(|(host, name)| on(host, name));
+        let plan = Plan::new("net", "net.ddsl", components);
         let pause = Duration::from_secs(30);
         Hosts::new(&plan, &BTreeMap::new(), pause, Path::new("/nowhere"))
     }

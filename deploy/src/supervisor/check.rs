@@ -53,32 +53,23 @@ mod tests {
     use super::*;
     use rc_deploy_network::plan::Component;
 
-    fn plan(components: &[(&str, &[&str])]) -> Plan {
-        let components = components
+    fn plan(names: &[&str]) -> Plan {
+        let components = names
             .iter()
-            .map(|(name, after)| Component {
-                after: after.iter().map(|&n| n.to_owned()).collect(),
-                ..Component::new(*name, "/bin/true", "/")
-            })
-            .collect();
-        Plan {
-            network: "net".to_owned(),
-            ddsl: "net.ddsl".into(),
-            components,
-            ring: None,
-            chains: Vec::new(),
-        }
+            .map(|name| Component::new(*name, "/bin/true", "/"));
+        Plan::new("net", "net.ddsl", components)
     }
 
     #[test]
     fn errors_of_a_plan_name_the_component() {
-        let message =
-            |components: &[(&str, &[&str])]| check(&plan(components)).unwrap_err().to_string();
-        assert!(message(&[("a", &["b"])]).contains("a starts after b"));
-        assert!(message(&[("a", &[]), ("a", &[])]).contains("called a"));
-        assert!(message(&[("../a", &[])]).contains("`../a`"));
-        assert!(message(&[("rcdeploy", &[])]).contains("reserved"));
-        let mut endless = plan(&[("a", &[])]);
+        let message = |plan: &Plan| check(plan).unwrap_err().to_string();
+        let mut late = plan(&["a"]);
+        late.components[0].after.push("b".to_owned());
+        assert!(message(&late).contains("a starts after b"));
+        assert!(message(&plan(&["a", "a"])).contains("called a"));
+        assert!(message(&plan(&["../a"])).contains("`../a`"));
+        assert!(message(&plan(&["rcdeploy"])).contains("reserved"));
+        let mut endless = plan(&["a"]);
         endless.components[0].stop = LONGEST;
         assert!(check(&endless).is_ok());
         endless.components[0].stop = Duration::MAX;

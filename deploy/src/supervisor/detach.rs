@@ -181,13 +181,7 @@ mod tests {
             }),
             ..Component::new(format!("c{at}"), "/bin/true", "/")
         });
-        Plan {
-            network: "net".to_owned(),
-            ddsl: "net.ddsl".into(),
-            components: components.collect(),
-            ring: None,
-            chains: Vec::new(),
-        }
+        Plan::new("net", "net.ddsl", components)
     }
 
     #[test]

@@ -187,13 +187,7 @@ mod tests {
             managed: names[0].starts_with('m'),
             ..Component::new(names[0], "/bin/true", "/")
         });
-        Plan {
-            network: "net".to_owned(),
-            ddsl: "net.ddsl".into(),
-            components: components.collect(),
-            ring: None,
-            chains: Vec::new(),
-        }
+        Plan::new("net", "net.ddsl", components)
     }
 
     #[test]

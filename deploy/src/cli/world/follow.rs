@@ -18,7 +18,7 @@ pub(super) struct Follower {
     joins: Option<Instant>,
 }
 
-/// What has happened in a turn.
+/// Events of a turn.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turn {
     /// The replica may have changed.

@@ -395,7 +395,7 @@ impl Listener {
 
     /// Whether Ctrl-C has come, or the reader of the output has gone.
     pub(super) fn is_interrupted(&self) -> bool {
-        // What nobody reads is not written, so no error would say that the reader has gone.
+        // Without output, no error would say that the reader has gone.
         is_interrupted(&self.interrupts) || is_output_closed()
     }
 

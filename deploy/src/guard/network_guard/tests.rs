@@ -154,7 +154,7 @@ fn a_component_starts_when_its_services_are_held() {
     assert_eq!(lets(net.network_guard()), [false; 4]);
     net.await_that(|network_guard| network_guard.held == Some(2));
     assert_eq!(lets(net.network_guard()), [true, true, true, false]);
-    // What an earlier guard has created exists.
+    // The files of an earlier guard exist.
     net.kill_guard();
     let changed = net.guard_ended();
     assert!(matches!(changed, GuardChange::Restarted(_)));

@@ -17,7 +17,7 @@ use std::time::Duration;
 /// The longest time for a component to carry out a request.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// What `take_changes` needs of the supervisor.
+/// Parts of the supervisor that `take_changes` uses.
 pub(in crate::supervisor) struct LateContext<'s, 'p> {
     pub(in crate::supervisor) plan: &'p Plan,
     pub(in crate::supervisor) report: &'p Reporter,

@@ -61,11 +61,8 @@ fn plan() -> Plan {
         hops: hops.collect(),
     };
     Plan {
-        network: "net".to_owned(),
-        ddsl: "net.ddsl".into(),
-        components: Vec::new(),
-        ring: None,
         chains: vec![chain],
+        ..Plan::new("net", "net.ddsl", [])
     }
 }
 
@@ -425,7 +422,7 @@ fn many_messages_are_followed_in_part_and_none_counts_as_lost() {
 fn a_clock_that_is_set_back_is_estimated_anew_and_no_message_is_late() {
     let mut network = Network::up();
     for ahead in [2 * SECOND as i64, -3 * SECOND as i64, 0] {
-        // What was noted by the old clock was taken with its offset.
+        // Notes by the old clock were taken with its offset.
         network.round(network.next() + SECOND);
         network.sent += 40;
         network.ahead[2] = ahead;

@@ -139,7 +139,7 @@ impl Bench {
         self.say(&ComponentMessage::Lifecycle(report));
     }
 
-    /// What its supervisor has sent on its link.
+    /// Messages of its supervisor on its link.
     fn told(&self) -> Vec<link::SupervisorMessage> {
         let sent = self.outbox.take().into_iter();
         sent.filter_map(|message| match message {

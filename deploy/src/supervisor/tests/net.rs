@@ -100,12 +100,10 @@ impl Net {
     /// A network with chains.
     pub(super) fn with_chains(components: Vec<Component>, chains: Vec<PlannedChain>) -> Self {
         let number = NETWORKS.fetch_add(1, Ordering::Relaxed);
+        let network = format!("supervising-{}-{number}", std::process::id());
         let plan: &Plan = Box::leak(Box::new(Plan {
-            network: format!("supervising-{}-{number}", std::process::id()),
-            ddsl: "net.ddsl".into(),
-            components,
-            ring: None,
             chains,
+            ..Plan::new(network, "net.ddsl", components)
         }));
         let options = Options {
             guard: Some(GuardCommand {
@@ -167,7 +165,7 @@ impl Net {
         net
     }
 
-    /// What one turn of the loop does without events.
+    /// One turn of the loop without events.
     pub(super) fn turn(&mut self) {
         self.advance_commands();
         self.start_ready_units();

@@ -63,13 +63,7 @@ impl Bench {
     }
 
     pub fn plan(&self, components: Vec<Component>) -> Plan {
-        Plan {
-            network: self.network.clone(),
-            ddsl: "test.ddsl".into(),
-            components,
-            ring: None,
-            chains: Vec::new(),
-        }
+        Plan::new(self.network.clone(), "test.ddsl", components)
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
