@@ -269,7 +269,7 @@ pub struct Chain {
     pub doc: Vec<String>,
     /// The message that begins it.
     pub from: ChainPoint,
-    /// What it passes, in this order. There may be others between them.
+    /// Points that it passes, in this order. There may be others between them.
     pub through: Vec<ChainPoint>,
     /// The message that ends it.
     pub to: ChainPoint,

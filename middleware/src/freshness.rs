@@ -6,7 +6,7 @@
 use std::ops::Deref;
 use std::time::Duration;
 
-/// What a value is made of.
+/// Origin of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Made {
     /// All of it is new: no part was used before, and no reply was kept.
@@ -44,7 +44,7 @@ pub struct Freshness {
     /// The time since it was sent; of a reply, since its call began, or since its value was made, if
     /// that was earlier and the reply says so.
     pub age: Duration,
-    /// What it is made of.
+    /// Origin of the value.
     pub made: Made,
     /// Whether it is no older than its slot allows.
     pub is_fresh: bool,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What a slot counts about the ages of its values. Worker and management share it.
+/// Counts of the ages of a slot's values. Worker and management share them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FreshCounts(Arc<Counts>);
 

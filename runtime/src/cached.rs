@@ -218,7 +218,7 @@ impl CachingClient {
     }
 }
 
-/// What a reply has.
+/// Parts of a reply.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Content {
     /// Values, which have an age, and which can be kept.
@@ -268,7 +268,7 @@ impl Client for CachingClient {
         self.port.profile()
     }
 
-    /// What this component changes at the server, it sees with its next query.
+    /// A command may change the server: the next query asks the server again.
     fn send(&mut self, header: Header, request: &dyn RequestBody) -> Result<(), CallError> {
         self.forget_all();
         self.port.send(header, request)

@@ -20,7 +20,7 @@ const SET_BACK: u64 = 1_000_000_000;
 /// The most bytes that the queues of one collection keep.
 const MOST_BYTES: usize = 64 * 1024 * 1024;
 
-/// What one handler gets together, as the `.cdsl` says it.
+/// Samples that one handler gets together, as the `.cdsl` lists them.
 #[derive(Debug)]
 pub struct Collect {
     /// The name after `as`.

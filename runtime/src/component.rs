@@ -108,7 +108,7 @@ pub trait Component {
         ))
     }
 
-    /// What the component collects.
+    /// Collections of samples.
     fn collects(&self) -> &'static [Collect] {
         &[]
     }

@@ -136,7 +136,7 @@ pub trait Dispatch<W: 'static>: WorkerContext + 'static {
 pub trait Serving<W: 'static>: Dispatch<W> {
     /// One entry for each slot, in the order of the description.
     const SLOTS: &'static [SlotEntry<W, Self>];
-    /// What the component collects.
+    /// Collections of samples.
     const COLLECTS: &'static [Collect] = &[];
     /// The handlers of what it collects, in the same order.
     const COLLECTED: &'static [CollectedHandler<W, Self>] = &[];

@@ -64,12 +64,12 @@ pub(crate) struct Inputs {
     seen: u64,
 }
 
-/// What a component does with a sample that came.
+/// Treatment of a sample that has arrived.
 pub(crate) struct Arrival {
     pub(crate) freshness: Freshness,
     /// Whether its handler runs.
     pub(crate) is_handled: bool,
-    /// What the slot counts, if it is the first sample of a topic.
+    /// Counts of the slot, if it is the first sample of a topic.
     pub(crate) new: Option<FreshCounts>,
 }
 

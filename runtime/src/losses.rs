@@ -1,4 +1,4 @@
-//! What clients have lost of the slots that they tap.
+//! Losses of clients that tap slots.
 
 use std::collections::BTreeMap;
 

@@ -49,7 +49,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// How long the answer to a request about the emergency waits for the worker.
 const EMERGENCY_LIMIT: Duration = Duration::from_secs(1);
 
-/// What the management thread uses of its process.
+/// Parts of the process that the management thread uses.
 pub(crate) enum Attachment {
     /// Nothing.
     None,

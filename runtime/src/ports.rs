@@ -62,7 +62,7 @@ pub struct Connections {
     conversions: Conversions,
     /// The transforms that slots of tf have received, by their names.
     histories: RefCell<BTreeMap<String, Shared>>,
-    /// What knows where frames are in the shared world.
+    /// Places of frames in the shared world.
     places: OwnPlaces,
     /// Whether the component is not active: then no sample asks where frames are.
     idle: IdleFlag,
@@ -348,7 +348,7 @@ impl Connections {
                 None => port,
             };
             if open.qos.cache.is_some() || open.qos.fresh.is_some() {
-                // What a kept reply answers is no request, for tools and for chains.
+                // A query that a kept reply answers is no request, for tools and for chains.
                 let port = self.cached(&open, slot, self.tapped(slot, port));
                 let port = self.exact.client(slot, port);
                 return Ok(self.counted(slot, TypedClient::new(port, open.qos.timeout)));

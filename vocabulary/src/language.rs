@@ -26,17 +26,17 @@ pub enum Builder {
     Interpreter,
 }
 
-/// What components of a language need in addition to their program, for messages about hosts and
-/// containers that lack it.
+/// Requirements of components of a language in addition to their program, for messages about hosts
+/// and containers that lack them.
 #[derive(Debug)]
 pub struct Needs {
-    /// What a process can have for one component only.
+    /// Parts that a process has once, for one component.
     pub own: &'static str,
     /// The code of a finding about components that share a process.
     pub shared: &'static str,
     /// The code of the finding that refuses components on other hosts. `None`: it is copied there.
     pub elsewhere: Option<&'static str>,
-    /// What the image of a container lacks.
+    /// Missing parts of the image of a container.
     pub missing: &'static str,
 }
 
@@ -115,7 +115,7 @@ impl Language {
         }
     }
 
-    /// What components need in addition to their program. `None` if cargo links everything.
+    /// Requirements of components in addition to their program. `None` if cargo links everything.
     pub fn needs(self) -> Option<&'static Needs> {
         match self {
             Self::Rust => None,

@@ -16,7 +16,7 @@ pub enum Middleware {
     Local,
 }
 
-/// What distinguishes a middleware, for code that handles all of them alike.
+/// Differences of a middleware, for code that handles all of them alike.
 #[derive(Debug)]
 pub struct Capabilities {
     /// The word in files and on command lines.

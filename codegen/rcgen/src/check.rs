@@ -103,7 +103,7 @@ fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
     all
 }
 
-/// What a check understood of a file, also of one with errors.
+/// Result of a check: the understood part of a file, also of one with errors.
 #[derive(Debug)]
 pub enum Model {
     /// A component.

@@ -71,14 +71,14 @@ pub struct IndexedInterface {
 /// A difference between two states.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Change {
-    /// What has changed, in words.
+    /// Description of the change.
     pub text: String,
     /// Whether what worked with the earlier state may fail with this one: something is gone, or its
     /// messages are others.
     pub breaks: bool,
 }
 
-/// What one file holds.
+/// Declarations of one file.
 #[derive(Default)]
 struct Read {
     component: Option<IndexedComponent>,
@@ -143,7 +143,7 @@ impl Index {
         Ok(index)
     }
 
-    /// What has changed since an earlier index: components by name, interfaces by name.
+    /// Changes since an earlier index: components by name, interfaces by name.
     pub fn changes(&self, before: &Self) -> Vec<Change> {
         let mut changes = Vec::new();
         let mut tell = |breaks: bool, text: String| changes.push(Change { text, breaks });

@@ -56,7 +56,7 @@ impl Hosts {
         self.cable.as_ref().map(|cable| cable.name(side))
     }
 
-    /// What a component on this host is told.
+    /// Environment of a component on this host.
     fn environment(&self, side: usize, environment: &Environment) -> Environment {
         let mut environment = environment.clone();
         let domain = rc_conformance::domain(&environment.network);

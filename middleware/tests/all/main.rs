@@ -1,4 +1,4 @@
-//! What backends, and the code of other crates, use of this crate, in one program.
+//! Tests of the interface for backends and other crates, in one program.
 
 mod calls;
 mod publishers;

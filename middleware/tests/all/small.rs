@@ -59,7 +59,7 @@ fn a_run_directory_is_removed_with_its_content_and_may_be_gone() {
     std::fs::write(below.join("file"), "").expect("a file");
     directory.remove().expect("it is ours");
     assert!(!directory.path().exists() && base.exists());
-    // What cannot be removed is an error.
+    // A folder that cannot be removed is an error.
     std::fs::write(directory.path(), "").expect("a file");
     directory.remove().expect_err("it is not a folder");
 }

@@ -113,7 +113,7 @@ pub struct Program {
     pub description: &'static rc_runtime::Description,
     /// The slots, by their numbers.
     pub slots: Vec<Slot>,
-    /// What it collects.
+    /// Its collections of samples.
     pub collects: &'static [Collect],
     /// The names of the functions that get what was collected, in the same order.
     pub collected: Vec<String>,

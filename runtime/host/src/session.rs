@@ -181,7 +181,7 @@ impl Session {
         topic.ok_or_else(|| HostError::no_such("publisher", slot))
     }
 
-    /// What the worker may await within a turn.
+    /// Samples that the worker may await within a turn.
     pub fn early_samples(&self) -> EarlySamples {
         self.ports.early_samples().clone()
     }

@@ -179,7 +179,7 @@ pub struct Stopping {
     pub stopping: bool,
 }
 
-/// What has changed, by the names of the components.
+/// Changes, by the names of the components.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ParametersChanged {
     /// The values before and after, and what will change at the next start.

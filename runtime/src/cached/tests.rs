@@ -13,7 +13,7 @@ const MOVE: Operation = Operation::query("move", 7, 11, &[ReplyVariant::of::<i32
 const FAULT: i32 = 77;
 const OPERATIONS: &[Operation] = &[DOUBLE, RESET, MOVE];
 
-/// What a test sees and sets of a server.
+/// State of a server that a test reads and sets.
 #[derive(Default)]
 struct Server {
     calls: Cell<u64>,
@@ -153,7 +153,7 @@ impl Bench {
             .set(self.clock.now() + Duration::from_millis(milliseconds));
     }
 
-    /// What the last reply is made of, and its age in milliseconds.
+    /// Origin of the last reply, and its age in milliseconds.
     fn last(&self) -> Option<(Made, u128, bool)> {
         let last = self.client.freshness()?;
         Some((last.made, last.age.as_millis(), last.is_fresh))

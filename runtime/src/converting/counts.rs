@@ -1,4 +1,4 @@
-//! What a slot that converts has counted.
+//! Counts of a slot that converts.
 
 use super::Refused;
 use rc_conversion::RunResult;

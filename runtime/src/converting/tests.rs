@@ -1,4 +1,4 @@
-//! What passes through the ports of slots that convert.
+//! Messages through the ports of slots that convert.
 
 mod moving;
 
@@ -161,7 +161,7 @@ fn a_call_is_converted_there_and_back_in_both_profiles() {
     }
 }
 
-/// What `started_calls_are_converted_there_and_back` reads from a reply.
+/// Reply in `started_calls_are_converted_there_and_back`.
 #[derive(Debug, PartialEq)]
 enum Failed {
     Thrown(f64),

@@ -69,7 +69,7 @@ fn peers(recorder: &Recorder, slot: usize, operation: usize, peers: usize) -> us
     peers
 }
 
-/// What a client says of its last reply.
+/// Entry for the freshness of a client's last reply.
 fn fresh_entry(slot: usize, found: Option<Freshness>) -> Entry<'static> {
     let state = found.map_or(0, |found| 1 + usize::from(found.is_fresh));
     Entry {
@@ -83,7 +83,7 @@ fn fresh_entry(slot: usize, found: Option<Freshness>) -> Entry<'static> {
     }
 }
 
-/// What [`fresh_entry`] holds.
+/// Freshness in an entry of [`fresh_entry`].
 pub(super) fn freshness_of(entry: &Entry<'_>) -> Option<Freshness> {
     (entry.operation > 0).then(|| Freshness {
         age: Duration::from_nanos(entry.value),

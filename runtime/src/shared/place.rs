@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
-/// What a component uses of its process.
+/// Parts of a process that a component uses.
 pub(crate) struct Place {
     pub(crate) program: PathBuf,
     pub(crate) link: Option<UnixStream>,

@@ -307,7 +307,7 @@ fn run(test: &str) -> Vec<(u64, String, String)> {
     let network = network(test);
     script(&network, |script| script.ticks = 300);
     let source = source(&network, "source", &["--followers", "b,a"]);
-    // Who starts first does not matter.
+    // The order of the starts does not matter.
     let names = if test.ends_with('1') {
         ["a", "b"]
     } else {

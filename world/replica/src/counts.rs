@@ -1,4 +1,4 @@
-//! What a replica counts.
+//! Counts of a replica.
 
 /// The counts of a replica.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

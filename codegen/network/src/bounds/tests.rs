@@ -41,7 +41,7 @@ type Target = (usize, usize, u64);
 struct Node {
     period: u64,
     compute: u64,
-    /// What `compute()` sends to.
+    /// Targets of the messages of `compute()`.
     sends: Vec<Target>,
     handlers: Vec<Reception>,
 }
@@ -50,7 +50,7 @@ struct Node {
 struct Reception {
     budget: u64,
     depth: usize,
-    /// What its handler sends to.
+    /// Targets of the messages of its handler.
     sends: Vec<Target>,
     /// Whether `compute()` uses its messages.
     kept: bool,

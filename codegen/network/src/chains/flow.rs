@@ -44,7 +44,7 @@ pub(crate) struct FlowComponent {
     pub(crate) handlers: Vec<Port>,
     /// Its reactions. `None`: every message may follow every other one, through `compute()`.
     reactions: Option<Vec<FlowReaction>>,
-    /// What it collects.
+    /// Its collections of samples.
     collects: Vec<FlowCollect>,
     /// The operations that it sends.
     outputs: Vec<Port>,
@@ -130,7 +130,7 @@ impl Flow {
         self.senders.get(&port).map_or(&[], Vec::as_slice)
     }
 
-    /// What a message is collected with: the ports of each collection, and the most time between
+    /// Collections of a message: the ports of each one, and the most time between
     /// sending two of its messages.
     pub(crate) fn collected(&self, port: Port) -> impl Iterator<Item = (&[Port], u64)> {
         let collects = self.components[port.instance].collects.iter();

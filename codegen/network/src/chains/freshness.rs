@@ -61,7 +61,7 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) {
 }
 
 impl ChainCheck<'_> {
-    /// What `report` says of the first topic of a connection of which it says something.
+    /// First report about a topic of a connection.
     fn topics(
         &self,
         (consumer, provider): (Endpoint, Endpoint),

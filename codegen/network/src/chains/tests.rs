@@ -264,7 +264,7 @@ fn chains_that_are_not_there() {
             net.ddsl:3:7: error[broken-chain]: chain `brake`: nothing leads from `lidar.ScanPub.newScan` to `filter.clean.bumped` (optional slot `avoider.Drive.setSpeed` is connected to nothing)
         "#]],
     );
-    // What it passes is optional and absent.
+    // The passed slot is optional and absent.
     check(
         "lidar filter avoider",
         &chain(

@@ -30,7 +30,7 @@ fn collect(folder: &Path, component: Option<&str>, found: &mut Vec<Generated>) {
         let name = path.file_name().and_then(|name| name.to_str());
         let name = name.expect("a name in UTF-8");
         match component {
-            // What other tests build meanwhile is not committed.
+            // Other tests build these files meanwhile; they are not committed.
             _ if name.starts_with('.') || matches!(name, "target" | "build" | "__pycache__") => {}
             None if path.is_dir() => {
                 let owner = folder.file_name().and_then(|owner| owner.to_str());

@@ -88,7 +88,7 @@ fn a_workspace_that_builds_into_the_target_folder_of_the_framework() {
     assert!(err.contains("must be a folder with this project"), "{err}");
     let (code, _, err) = init(ROOT);
     assert_eq!(code, 0, "{err}");
-    // What cargo compares: the folder, the versions, and the profiles.
+    // Cargo compares the folder, the versions, and the profiles.
     let robot = folder.path().join("robot");
     let target = format!("target-dir = \"{}\"\n", root.join("target").display());
     let configuration = read(&robot.join(".cargo/config.toml"));

@@ -417,7 +417,7 @@ fn a_data_sheet_says_all_of_a_component() {
         Events: `OpenToClosed`, `ClosedToOpen`, `ClosedToOff`
     "]].assert_eq(&sheet);
     let html = succeeds(folder.path(), &["datasheet", "hand.cdsl", "--to", "html"]);
-    // What a description says is shown, whatever markup it has.
+    // The text of a description is shown, whatever markup it has.
     assert!(
         html.contains("Holds &lt;b&gt;things&lt;/b&gt; &amp; people."),
         "{html}"

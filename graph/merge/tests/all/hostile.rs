@@ -122,7 +122,7 @@ fn no_sequence_of_messages_uses_the_numbers_up() {
         assert!(replica.has(id));
     }
     assert!(taken > 10_000 && known <= 1 << 62, "{taken} {known}");
-    // Who has seen that, too, takes what this one changes then.
+    // A replica that has seen it, too, takes the later changes of this one.
     let mut other = Replica::new(3, [1]);
     let mut vector = replica.seen().clone();
     vector.insert(2, 0);

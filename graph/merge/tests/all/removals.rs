@@ -46,7 +46,7 @@ fn who_lacks_a_forgotten_removal_learns_of_it() {
     assert_eq!(late.digests(8), a.digests(8));
     assert_eq!(late.digests(8), b.digests(8));
     assert_eq!(late.delta_since(&[(1, 3)].into()).all_of, Some((0, 1)));
-    // Who has seen the removal gets changes only.
+    // A replica that has seen the removal gets changes only.
     assert_eq!(late.delta_since(&a.seen().clone()).all_of, None);
 }
 

@@ -81,7 +81,7 @@ static QUERY: [Operation; 1] = [Operation::query(
     &[ReplyVariant::of::<[f64; 6]>(0)],
 )];
 
-/// What asks a [`World`], and what that sees.
+/// Client of a [`World`], and the requests that arrive there.
 struct Asking {
     frames: Frames,
     asked: Rc<RefCell<Vec<i64>>>,

@@ -1,4 +1,4 @@
-//! What lies behind a gap: changes that arrive before earlier ones of their writer.
+//! Gaps: changes that arrive before earlier ones of their writer.
 
 use crate::network::{CALM, Network, add, through_bytes};
 use crate::partitions::{STORM, change, graph_of};
@@ -140,7 +140,7 @@ fn all_have_what_a_replay_of_the_changes_that_they_have_seen_has() {
             let at = living[network.random.usize(..living.len())];
             change(&mut network, at, step);
             if step % 10 == 9 {
-                // What it has just sent arrives at some or at none.
+                // Its last messages arrive at some or at none.
                 network.weather.lost = 70;
                 let at = network.random.usize(..8);
                 for more in 0..3 {

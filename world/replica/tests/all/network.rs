@@ -56,7 +56,7 @@ pub(crate) fn flat() -> Arc<Schema> {
     })
 }
 
-/// What may happen to messages.
+/// Faults of messages.
 #[derive(Clone, Copy)]
 pub(crate) struct Weather {
     /// In a hundred.

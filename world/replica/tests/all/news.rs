@@ -1,4 +1,4 @@
-//! What one replica sees of another one.
+//! Changes of one replica that another one sees.
 
 use crate::network::{CALM, Network, Weather, add, flat, through_bytes};
 use property_graph::{Element, Graph, Schema, Time, Value};

@@ -1,4 +1,4 @@
-//! What others send wrongly changes nothing, and is counted.
+//! Invalid messages of others change nothing, and are counted.
 
 use crate::network::{CALM, Network, add, flat};
 use property_graph::{Id, Schema, Value};
@@ -463,7 +463,7 @@ fn chunks_are_those_of_one_answer() {
     };
     let first = chunks(SECOND, question(1, &[]));
     assert!(first.len() > 2);
-    // What changes meanwhile is in no chunk of this answer.
+    // A change in the meantime is in no chunk of this answer.
     add(&world, "room", "a new room");
     let again = chunks(2 * SECOND, question(1, &[0, 1]));
     assert_eq!(again, first[..2]);

@@ -22,7 +22,7 @@ pub(crate) fn print_view(
     Ok(())
 }
 
-/// What `describe` says of a component. Reports all findings.
+/// Output of `describe` for a component. Reports all findings.
 pub(crate) fn described(
     file: &Path,
     common: &Common,

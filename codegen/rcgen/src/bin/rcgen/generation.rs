@@ -302,7 +302,7 @@ impl Group {
         let dry = args.dry_run || args.check;
         let lock = (!dry).then(|| self.interfaces.lock());
         let _lock = lock.transpose().map_err(system)?;
-        // What a component with errors used before stays. A component outside of a workspace shares
+        // The files of a component with errors stay. A component outside of a workspace shares
         // its crate with none.
         let whole = self.whole || self.interfaces.workspace().is_none();
         let exact = whole && !faulty;

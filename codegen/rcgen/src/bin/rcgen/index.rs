@@ -71,7 +71,7 @@ fn document(index: &Index) -> Result<String, Failure> {
     Ok(text + "\n")
 }
 
-/// What a component does in a role: the names of the interfaces, with commas.
+/// Names of the interfaces of a component in a role, with commas.
 fn interfaces(component: &IndexedComponent, role: &str) -> String {
     let slots = component.slots.iter().filter(|slot| slot.role == role);
     let short = |name: &str| name.rsplit("::").next().unwrap_or_default().to_owned();

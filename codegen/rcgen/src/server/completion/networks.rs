@@ -182,7 +182,7 @@ fn members(target: &Target<'_>, prefix: &str) -> Vec<Item> {
     items
 }
 
-/// What can follow the last `.` of a rule: the content of a group, or the parameters of a
+/// Names after the last `.` of a rule: the content of a group, or the parameters of a
 /// component.
 fn ruled(
     completion: &Completion<'_>,

@@ -1,4 +1,4 @@
-//! What an editor says of a network is what `rcdeploy check` says.
+//! The editor reports the findings of `rcdeploy check` about a network.
 
 use super::{Editor, GRIP, HAND};
 use rc_codegen::FileLoader;

@@ -1,4 +1,4 @@
-//! What networks say of the components in them.
+//! Findings of networks about their components.
 
 use super::Editor;
 use super::workspace::Session;

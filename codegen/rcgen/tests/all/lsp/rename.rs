@@ -244,7 +244,7 @@ fn nothing_that_names_a_thing_is_passed_by() {
     let refused = "refused: brain/brain.cdsl has `Grip` and a mistake";
     assert!(session.log.contains(refused), "{}", session.log);
 
-    // What contains itself very often is no reason to end.
+    // Deep nesting does not end the server.
     session.editor.open("deep.cdsl", &"a{".repeat(50_000));
     let document = json!({ "uri": session.editor.uri("deep.cdsl") });
     let symbols = json!({ "textDocument": document });

@@ -6,7 +6,7 @@ use aged_generated::{
 };
 use std::sync::Mutex;
 
-/// What the workers saw.
+/// Notes of the workers.
 static SEEN: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn see(what: String) {
