@@ -6,7 +6,7 @@ use crate::source_files;
 use rc_cdsl::ast::Clause;
 use rc_diagnostics::SourceMap;
 use rc_vocabulary::Language;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -130,22 +130,40 @@ impl Workspace {
         Ok(None)
     }
 
-    /// The folders that its members name, with the texts of their manifests. Folders without a
-    /// manifest that can be read are left out, and those of generated code.
+    /// The folders that its members name, with their packages. Folders without a manifest that can
+    /// be read are left out, and those of generated code.
     ///
     /// # Errors
     /// A folder that a pattern leads through cannot be listed.
-    pub(crate) fn members(&self) -> io::Result<Vec<(PathBuf, String)>> {
+    pub(crate) fn members(&self) -> io::Result<Vec<(PathBuf, Package)>> {
         let mut folders = BTreeSet::new();
         for pattern in self.patterns() {
             folders.extend(expand(&self.root, pattern)?);
         }
         folders.retain(|folder| !folder.ends_with(GENERATED) && !self.excludes(folder));
-        let manifests = folders.into_iter().filter_map(|folder| {
-            let text = rc_files::read(&folder.join("Cargo.toml")).ok()?;
-            Some((folder, text))
+        let named = self.named();
+        let packages = folders.into_iter().filter_map(|folder| {
+            let package = match named.get(&folder) {
+                Some(name) => Package::Named((*name).to_owned()),
+                None => Package::Manifest(rc_files::read(&folder.join("Cargo.toml")).ok()?),
+            };
+            Some((folder, package))
         });
-        Ok(manifests.collect())
+        Ok(packages.collect())
+    }
+
+    /// The packages that `[workspace.dependencies]` names, by their folders: cargo refuses to use
+    /// one whose manifest has another name.
+    fn named(&self) -> BTreeMap<PathBuf, &str> {
+        let all = get(&self.manifest, &["workspace", "dependencies"]);
+        let all = all.and_then(Item::as_table_like);
+        let all = all.into_iter().flat_map(TableLike::iter);
+        let named = all.filter_map(|(key, item)| {
+            let path = item.get("path")?.as_str()?;
+            let name = item.get("package").and_then(Item::as_str).unwrap_or(key);
+            Some((normal(&self.root.join(path)), name))
+        });
+        named.collect()
     }
 
     /// The text of its manifest, and that text with `folder`, from the root, among its members;
@@ -348,8 +366,30 @@ impl Workspace {
     }
 }
 
+/// The package of a member.
+#[derive(Debug)]
+pub(crate) enum Package {
+    /// Its name, which the manifest of the workspace has.
+    Named(String),
+    /// The text of its manifest.
+    Manifest(String),
+}
+
+impl Package {
+    /// Whether this is its name.
+    pub(crate) fn is_named(&self, name: &str) -> bool {
+        match self {
+            Self::Named(own) => own == name,
+            // Parsing a manifest takes a hundred times as long as searching it.
+            Self::Manifest(text) => {
+                text.contains(name) && package_name(text).as_deref() == Some(name)
+            }
+        }
+    }
+}
+
 /// The name of the package of a manifest.
-pub(crate) fn package_name(manifest: &str) -> Option<String> {
+fn package_name(manifest: &str) -> Option<String> {
     let manifest: Document<String> = manifest.parse().ok()?;
     let name = get(&manifest, &["package", "name"])?.as_str()?;
     Some(name.to_owned())

@@ -1,7 +1,7 @@
 //! Components that were copied with their names.
 
 use crate::Project;
-use crate::cargo_workspace::{Workspace, package_name};
+use crate::cargo_workspace::{Package, Workspace};
 use crate::names;
 use crate::paths::absolute;
 use rc_diagnostics::{Diagnostic, Diagnostics};
@@ -16,9 +16,9 @@ pub const HELP: &str = "give the copy a name of its own: in its .cdsl, in `name`
 
 const TWICE: &str = "is in two folders of the workspace";
 
-/// The manifests of the members of workspaces with their folders, each read once.
+/// The packages of the members of workspaces with their folders, each read once.
 #[derive(Debug, Default)]
-pub struct Packages(BTreeMap<PathBuf, Vec<(PathBuf, String)>>);
+pub struct Packages(BTreeMap<PathBuf, Vec<(PathBuf, Package)>>);
 
 impl Packages {
     /// Another folder of the component's workspace whose package has its name, seen from the root.
@@ -39,11 +39,9 @@ impl Packages {
             Entry::Vacant(new) => new.insert(workspace.members()?),
         };
         let name = names::package(&project.component.name.text);
-        // Parsing a manifest takes a hundred times as long as searching it.
-        let has_name = |manifest: &str| {
-            manifest.contains(&name) && package_name(manifest).as_ref() == Some(&name)
-        };
-        let folders = members.iter().filter(|(_, manifest)| has_name(manifest));
+        let folders = members
+            .iter()
+            .filter(|(_, package)| package.is_named(&name));
         let folders: Vec<&PathBuf> = folders.map(|(folder, _)| folder).collect();
         let own = absolute(project.code())?;
         if !folders.contains(&&own) {

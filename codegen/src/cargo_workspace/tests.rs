@@ -161,7 +161,8 @@ fn members_are_the_folders_that_patterns_name() {
     write(
         &root.join("Cargo.toml"),
         "[workspace]\nmembers = [\"parts/*\", \"parts/arm\", \"deep/*/p?ng\", \"nowhere/*\", \"gone\", \"parts/*/generated\"]\n\
-         exclude = [\"parts/old\"]\n",
+         exclude = [\"parts/old\"]\n\
+         [workspace.dependencies]\nlibm = \"0.2\"\nan-arm = { path = \"parts/arm\", package = \"arm\" }\n",
     );
     for folder in [
         "parts/arm",
@@ -180,10 +181,13 @@ fn members_are_the_folders_that_patterns_name() {
     }
     let workspace = Workspace::of(&root).expect("manifests").expect("a root");
     let members = workspace.members().expect("folders");
-    let members = members.iter().map(|(folder, manifest)| {
-        let name = package_name(manifest).unwrap_or_default();
+    let members = members.iter().map(|(folder, package)| {
+        let name = match package {
+            Package::Named(name) => format!("named {name}"),
+            Package::Manifest(text) => package_name(text).unwrap_or_default(),
+        };
         format!("{} {name}", relative(&root, folder).display())
     });
     let members: Vec<String> = members.collect();
-    assert_eq!(members, ["deep/one/ping ping", "parts/arm arm"]);
+    assert_eq!(members, ["deep/one/ping ping", "parts/arm named arm"]);
 }

@@ -271,7 +271,10 @@ fn literal(code: &str) -> Literal {
 
 /// Removes the commas that a loop of a template leaves before a bracket.
 fn tidy(code: &str) -> Cow<'_, str> {
-    if !code.contains(", ") {
+    let closes = |behind: &str| behind.starts_with([']', ')', '}']);
+    let mut commas = code.match_indices(", ");
+    // Nearly all lines have none.
+    if !commas.any(|(at, comma)| closes(code[at + comma.len()..].trim_start())) {
         return Cow::Borrowed(code);
     }
     let mut out = String::with_capacity(code.len());
@@ -285,8 +288,7 @@ fn tidy(code: &str) -> Cow<'_, str> {
         }
         if let Some(behind) = rest.strip_prefix(", ") {
             let behind = behind.trim_start();
-            let closes = [']', ')', '}'].iter().any(|end| behind.starts_with(*end));
-            if closes {
+            if closes(behind) {
                 at = code.len() - behind.len();
                 out.push_str(if behind.starts_with('}') { " " } else { "" });
                 continue;
