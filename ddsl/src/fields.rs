@@ -354,7 +354,7 @@ fn endpoint(text: &Name, found: &mut Diagnostics) -> Option<(SocketAddr, Span)> 
 
 /// The options that `rcdeploy` gives a component from other fields. A second one in `args` would take
 /// the component where the check of the network did not look.
-const OWN_OPTIONS: [(&str, &str); 14] = [
+const OWN_OPTIONS: [(&str, &str); 15] = [
     (
         "--network",
         "a component is in the network of its `Deployment`",
@@ -374,6 +374,10 @@ const OWN_OPTIONS: [(&str, &str); 14] = [
     (
         "--transport",
         "write `middleware NAME;`; without it, connections choose their middleware",
+    ),
+    (
+        "--reliable",
+        "write `reliability reliable;` into the slot of the .cdsl",
     ),
     ("--convert", "write `bind … { convert; };`"),
     (

@@ -20,6 +20,8 @@ pub(crate) struct Arguments {
     pub(crate) bindings: BTreeMap<String, Address>,
     /// The middlewares of slots that have others than the description gives them.
     pub(crate) transports: Transports,
+    /// Subscribers that are reliable, unless settings say otherwise.
+    pub(crate) reliable: Vec<String>,
     pub(crate) log: Option<String>,
     pub(crate) settings: Settings,
     /// Parameters of this run (`--set`), each with its text.
@@ -51,6 +53,7 @@ impl Arguments {
             config: None,
             bindings: BTreeMap::new(),
             transports: Transports::new(),
+            reliable: Vec::new(),
             log: None,
             settings: Settings::default(),
             parameters: Vec::new(),

@@ -54,6 +54,11 @@ pub(crate) fn parse(
                 let (slot, transports) = transports(description, &parser.value()?.string()?)?;
                 out.transports.insert(slot, transports);
             }
+            Long("reliable") => {
+                let list = parser.value()?.string()?;
+                let slots = list.split(',').map(|slot| subscriber(description, slot));
+                out.reliable = slots.collect::<Result<_, _>>()?;
+            }
             Long("members") => {
                 let (array, members) = members(description, &parser.value()?.string()?)?;
                 out.members.insert(array, members);
@@ -253,6 +258,18 @@ fn transports(
     Ok((slot, transports))
 }
 
+/// The slot of a subscriber, for `--reliable`.
+fn subscriber(description: &Description, slot: &str) -> Result<String, lexopt::Error> {
+    let slot = check_slot(description, slot)?;
+    let own = member::split(&slot).map_or(slot.as_str(), |(array, _)| array);
+    let mut slots = description.slots.iter();
+    if slots.any(|of| of.name == own && of.role == Role::SubscribesTo) {
+        Ok(slot)
+    } else {
+        Err(format!("--reliable takes slots that subscribe, and `{slot}` does not").into())
+    }
+}
+
 /// Parses `Laser=0i:f{1/1000}`.
 fn conversion(description: &Description, text: &str) -> Result<(String, String), lexopt::Error> {
     let Some((slot, plan)) = text.split_once('=') else {
@@ -413,6 +430,7 @@ fn help(description: &Description) -> String {
          --bind SLOT=ADDRESS   address of a slot (default: NETWORK/Interface)\n  \
          --transport SLOT=MIDDLEWARES\n                        \
          middlewares of a slot, with commas, as `middleware auto;` chooses them; one that serves or publishes may have several\n  \
+         --reliable SLOTS      slots, with commas, whose samples are sent again until they arrive, as in lockstep between hosts\n  \
          --members ARRAY=NAMES members of a slot array that the worker has to open, as in `--members lasers=front,back`\n  \
          --convert SLOT=PLAN   units that a slot converts, as `bind … {{ convert; }};` has them\n  \
          --frames SLOT=TREE    the slot of an InnerModel, those of tf, or the world, that know where the frames of these values are\n  \

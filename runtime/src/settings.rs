@@ -6,7 +6,7 @@ use crate::description::Description;
 use crate::slots::{NamedSlot, OpenSlot, SlotTable};
 use rc_management::component::Role;
 use rc_middleware::linked::{TopicNames, TopicOverride, UnmatchedRule};
-use rc_middleware::{OpenError, Qos, Settings};
+use rc_middleware::{OpenError, Qos, Reliability, Settings};
 use rc_vocabulary::Value;
 use rc_vocabulary::qos;
 
@@ -36,8 +36,31 @@ pub(crate) fn settings(
             tracing::warn!("{option}: {ignored}");
         }
     }
+    make_reliable(&arguments.reliable, &mut settings, slots)?;
     warn(description, &settings, slots)?;
     Ok(settings)
+}
+
+/// Adds the rules of `--reliable` behind those that are set, which precede.
+fn make_reliable(
+    reliable: &[String],
+    settings: &mut Settings,
+    slots: &SlotTable,
+) -> Result<(), OpenError> {
+    let named = slots.named()?;
+    let reliable: Vec<String> = reliable.iter().map(|slot| slot.replace('.', "/")).collect();
+    for slot in named.iter().filter(|slot| reliable.contains(&slot.path)) {
+        let rule = qos::Rule {
+            target: slot.path.clone(),
+            policy: qos::Policy::Reliability(Reliability::Reliable),
+        };
+        for middleware in &slot.transports {
+            let mut rules = settings.qos(middleware, "qos").to_vec();
+            rules.push(rule.clone());
+            settings.set(middleware, "qos", Value::Qos(rules));
+        }
+    }
+    Ok(())
 }
 
 /// The option that begins the arguments of nodes.

@@ -3,8 +3,10 @@
 use crate::model::{ClockPlan, Network, NetworkTime};
 use crate::process_name::process_name;
 use rc_cdsl::model::{Middleware, Role};
+use rc_ddsl::Endpoint;
 use rc_ddsl::model::Instance;
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use rc_middleware::Reliability;
 use rc_middleware::qos::{MAX_READERS, Qos};
 use rc_vocabulary::Value;
 
@@ -238,8 +240,52 @@ fn clock(network: &Network, at: usize) -> ClockPlan {
     }
 }
 
-/// The options by which an instance gets its clock.
+/// The options by which an instance gets its clock, and what it receives in time.
 pub(crate) fn options(network: &Network, at: usize) -> Vec<(&'static str, String)> {
+    let clock = &network.clocks[at];
+    let mut options = clock_options(network, at);
+    let reliable = match clock.kind {
+        "source" | "simulated" => reliable(network, at),
+        _ => Vec::new(),
+    };
+    if !reliable.is_empty() {
+        options.push(("--reliable", reliable.join(",")));
+    }
+    options
+}
+
+/// The subscribers of an instance that have to confirm their samples, so that these arrive in their
+/// tick. All their publishers are in the network, and offer it.
+fn reliable(network: &Network, at: usize) -> Vec<&str> {
+    let instances = &network.deployment.instances;
+    let of = |end: Endpoint| {
+        let slot = network.slot(end)?;
+        let sets = |middleware: &Middleware| instances[end.instance].setting(*middleware, "qos");
+        let is_set = network.middlewares(end).iter().any(|m| sets(m).is_some());
+        (!is_set).then(|| (slot, slot.whole_qos().reliability))
+    };
+    let connections = &network.connections;
+    let is_reliable = |provider: Endpoint| {
+        let is_inside = provider.instance < instances.len();
+        is_inside && of(provider).is_some_and(|(_, offered)| offered == Reliability::Reliable)
+    };
+    let slots = network.ends(at).filter_map(|end| {
+        let (slot, requested) = of(end)?;
+        let mut middlewares = network.middlewares(end).into_iter();
+        let all = connections.connections.iter();
+        let mut own = all.filter(|made| made.consumer == end).peekable();
+        let is_meant = slot.role == Role::SubscribesTo
+            && requested == Reliability::BestEffort
+            && middlewares.any(|one| one.can().joins_machines)
+            && !connections.externals.contains_key(&end)
+            && own.peek().is_some()
+            && own.all(|made| is_reliable(made.provider));
+        is_meant.then_some(slot.name.as_str())
+    });
+    slots.collect()
+}
+
+fn clock_options(network: &Network, at: usize) -> Vec<(&'static str, String)> {
     let clock = &network.clocks[at];
     match (clock.kind, clock.middleware) {
         ("source", _) => {

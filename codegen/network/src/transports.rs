@@ -26,7 +26,7 @@ impl Network {
     }
 
     /// The slots of an instance.
-    fn ends(&self, instance: usize) -> impl Iterator<Item = Endpoint> + use<> {
+    pub(crate) fn ends(&self, instance: usize) -> impl Iterator<Item = Endpoint> + use<> {
         let project = self.projects.get(instance).and_then(Option::as_deref);
         let count = project.map_or(0, |project| project.component.slots.len());
         (0..count).map(move |slot| Endpoint { instance, slot })

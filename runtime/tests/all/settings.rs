@@ -1,7 +1,10 @@
 //! Middleware settings of the configuration and the command line reach the backend.
 
-use rc_middleware::{Backend, Environment, Linked, OpenError, Settings};
-use rc_runtime::{Component, Core, Description, Ports, StartError, Values, WorkerError, embed};
+use crate::time::slot;
+use rc_middleware::{Backend, Environment, Linked, OpenError, Qos, Settings};
+use rc_runtime::{
+    Component, Core, Description, Ports, Role, Slot, StartError, Values, WorkerError, embed,
+};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -12,7 +15,16 @@ static DESCRIPTION: Description = Description {
     period: Duration::from_millis(2),
     parameters: None,
     folder: "/nowhere",
-    slots: &[],
+    slots: &[
+        Slot {
+            backend: "recorder",
+            ..slot("In", Role::SubscribesTo, Qos::SUBSCRIBER)
+        },
+        Slot {
+            backend: "recorder",
+            ..slot("Out", Role::Publishes, Qos::PUBLISHER)
+        },
+    ],
     backends: &[Linked::new("recorder", connect)],
     types: &[],
     simulates_time: false,
@@ -63,6 +75,8 @@ fn the_command_line_overrides_the_configuration() {
         "dds.domain=5",
         "--set-middleware",
         "dds.peers=b:7,c",
+        "--reliable",
+        "In",
     ];
     let component = embed(&DESCRIPTION, Worker::start, &args).expect("a component");
     component.stop();
@@ -75,6 +89,8 @@ fn the_command_line_overrides_the_configuration() {
     assert_eq!(settings.texts("dds", "peers"), ["b:7", "c"]);
     assert!(settings.texts("dds", "interfaces").is_empty());
     assert_eq!(settings.value("iceoryx2", "domain"), None);
+    let rules = settings.value("recorder", "qos").map(ToString::to_string);
+    assert_eq!(rules.as_deref(), Some("In.reliability:=reliable"));
 }
 
 #[test]
@@ -100,5 +116,16 @@ fn an_invalid_setting_is_reported_with_the_allowed_values() {
     ] {
         let message = message(text);
         assert!(message.contains(said), "{text}: {message}");
+    }
+    for (slots, said) in [
+        (
+            "In,Out",
+            "--reliable takes slots that subscribe, and `Out` does not",
+        ),
+        ("Inn", "did you mean `In`?"),
+    ] {
+        let error = embed(&DESCRIPTION, Worker::start, &["--reliable", slots]);
+        let error = error.expect_err(slots).to_string();
+        assert!(error.contains(said), "{slots}: {error}");
     }
 }

@@ -349,6 +349,48 @@ fn a_short_timeout_of_a_follower_is_noted() {
     assert_eq!(noted("timeout 1s;", ""), "");
 }
 
+/// Over a network, a sample of a subscriber that confirms nothing may come in a later tick.
+#[test]
+fn subscribers_over_a_network_are_reliable_in_simulated_time() {
+    let reliable = |offered: &str, body: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("to write");
+        };
+        write(
+            "Beat.idsl",
+            "module M { interface Beat { void beat(); }; };",
+        );
+        let publishes = format!("publishes Beat {{ {offered} }};");
+        for (name, slots) in [("drum", publishes.as_str()), ("ear", "subscribesTo Beat;")] {
+            let text = format!(
+                "import \"Beat.idsl\";\nComponent {name} {{ Communications {{ {slots} }}; language rust; }};\n"
+            );
+            write(&format!("{name}.cdsl"), &text);
+        }
+        let of = |name: &str| format!("cdsl \"{name}.cdsl\"; executable \"x\";");
+        let body = format!(
+            "{body}\nComponent a {{ $SOURCE }};\nComponent d {{ {} }};\nComponent e {{ {} }};",
+            of("drum"),
+            of("ear")
+        );
+        let (network, found) = load(folder.path(), &body);
+        let plan = network.expect(&found).plan(Profile::Dev).expect("a plan");
+        let args = &plan.components[2].args;
+        let at = args.iter().position(|arg| arg == "--reliable");
+        at.map(|at| args[at + 1].clone())
+    };
+    let simulated = "middleware dds;\ntime simulated by a;";
+    let beat = Some("Beat".to_owned());
+    assert_eq!(reliable("", simulated), beat);
+    assert_eq!(reliable("reliability best_effort;", simulated), None);
+    assert_eq!(
+        reliable("", "middleware iceoryx2;\ntime simulated by a;"),
+        None
+    );
+    assert_eq!(reliable("", "middleware dds;"), None);
+}
+
 #[test]
 fn what_is_wrong_with_the_time_is_found() {
     refused(
