@@ -2,6 +2,7 @@
 
 mod adaptors;
 mod bags;
+mod bounds;
 mod by_hand;
 mod bytes;
 mod caller;

@@ -294,7 +294,7 @@ pub(crate) fn soak(seconds: &str) -> Result<(), Failure> {
             ("RC_CHAIN_SECONDS", seconds),
         ),
         (
-            "test --release -p rc-deploy-network --lib bounds:: -- --nocapture",
+            "test -p rc-deploy --test all network::bounds -- --nocapture",
             ("RC_SCHEDULES", "1000000"),
         ),
         (
