@@ -10,7 +10,7 @@ use rc_middleware::{
 };
 use rc_network::{
     CallState, Caller, ClientPorts, EndpointSpec, GuidPrefix, Opening, ROOM, Role, Session, body,
-    sample_header, signal, stamp,
+    reply_sent, sample_header, signal, stamp,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -60,11 +60,12 @@ pub(crate) struct DdsClient {
     started: StartedCalls<SentRequest>,
 }
 
-/// A request that was sent: its number, and its server.
+/// A request that was sent: its number, its server, and when it was sent, also as a time stamp.
 #[derive(Clone, Copy)]
 struct SentRequest {
     request: u64,
     server: GuidPrefix,
+    sent: (u64, i64),
 }
 
 impl DdsClient {
@@ -88,7 +89,8 @@ impl DdsClient {
         let mut loan = loan.map_err(|error| caller.failed(&error))?;
         request.write_into(&mut loan.memory()[BEFORE_BODY..])?;
         queue.begin(id.sequence, is_awaited);
-        let sent = writer.send(loan, (header.sequence, stamp(header.sent)), 0, None);
+        let at = stamp(header.sent);
+        let sent = writer.send(loan, (header.sequence, at), 0, None);
         sent.map_err(|error| {
             queue.cancel(id.sequence);
             caller.not_sent(&error)
@@ -96,6 +98,7 @@ impl DdsClient {
         Ok(SentRequest {
             request: id.sequence,
             server,
+            sent: (header.sent, at),
         })
     }
 
@@ -103,19 +106,22 @@ impl DdsClient {
     fn state(&self, asked: SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> CallState {
         CallState {
             has_server: self.ports.has(asked.server),
-            reply: self.take_reply(asked.request, take),
+            reply: self.take_reply(asked, take),
         }
     }
 
     /// Passes the reply to a request to `take`, if it has arrived.
     fn take_reply(
         &self,
-        request: u64,
+        asked: SentRequest,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
-        let reply = self.inbox.queue.take(request)?;
+        let reply = self.inbox.queue.take(asked.request)?;
         let taken = reply.and_then(|sample| {
-            let header = sample_header(&sample, sample.writer().into(), 0);
+            let header = Header {
+                sent: reply_sent(asked.sent, sample.stamp()),
+                ..sample_header(&sample, sample.writer().into(), 0)
+            };
             take(header, body(&sample)?);
             Ok(())
         });
@@ -207,6 +213,12 @@ impl Client for DdsClient {
 
     fn peers(&self) -> usize {
         usize::from(!self.ports.servers().is_empty())
+    }
+
+    /// A program outside stamps its replies with its own clock.
+    fn replies_have_ages(&self) -> bool {
+        let server = self.ports.server(self.inbox.queue.server());
+        server.is_some_and(|server| !self.ports.is_external(server))
     }
 
     fn server(&self) -> u128 {

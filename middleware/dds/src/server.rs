@@ -10,7 +10,7 @@ use rc_middleware::{
 };
 use rc_network::{
     EndpointSpec, GuidPrefix, Opening, Peer, QueuedRequest, ReaderPort, ReplyMemory, Role, Session,
-    WriterPort, Written, body, prefix, sample_header, signal, stamp,
+    WriterPort, Written, body, prefix, reply_stamp, sample_header, signal, stamp,
 };
 use std::cell::Cell;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -76,8 +76,8 @@ impl DeferredReply for DdsDeferred {
         let mut reply = ReplyMemory::new(&self.0.port.writer, Profile::Rpc, Vec::new());
         write(&mut reply);
         match reply.finish() {
-            Written::Loan(loan, _) => self.0.send_lent(loan),
-            Written::Buffer(reply) if !reply.is_empty() => self.0.send(&reply),
+            Written::Loan(loan, _) => self.0.send_lent(loan, stamp(0)),
+            Written::Buffer(reply) if !reply.is_empty() => self.0.send(&reply, stamp(0)),
             Written::Buffer(_) | Written::Deferred(_) => Ok(()),
         }
     }
@@ -103,12 +103,13 @@ impl DdsServer {
             || waiting.since.elapsed() >= hold
     }
 
-    /// Sends a reply to the request in `body`, and gives its buffer back.
+    /// Sends a reply to the request in `body`, with the time stamp `at`, and gives its buffer back.
     fn send(
         &self,
         client: Option<GuidPrefix>,
         body: &[u8],
         mut reply: Vec<u8>,
+        at: i64,
     ) -> (Vec<u8>, Result<(), ReceiveError>) {
         if reply.is_empty() {
             // A command. DDS-RPC replies to it as to an operation without a result, and the client
@@ -124,7 +125,7 @@ impl DdsServer {
             // It was not a request, or its client has left.
             Ok(())
         } else {
-            self.replies.send(&reply)
+            self.replies.send(&reply, at)
         };
         (reply, sent)
     }
@@ -136,12 +137,12 @@ impl Replies {
         self.sent.get()
     }
 
-    fn send(&self, reply: &[u8]) -> Result<(), ReceiveError> {
-        self.sent(self.port.writer.write(self.next(), stamp(0), reply))
+    fn send(&self, reply: &[u8], at: i64) -> Result<(), ReceiveError> {
+        self.sent(self.port.writer.write(self.next(), at, reply))
     }
 
-    fn send_lent(&self, reply: Loan) -> Result<(), ReceiveError> {
-        let numbers = (self.next(), stamp(0));
+    fn send_lent(&self, reply: Loan, at: i64) -> Result<(), ReceiveError> {
+        let numbers = (self.next(), at);
         self.sent(self.port.writer.send(reply, numbers, 0, None))
     }
 
@@ -164,7 +165,7 @@ impl Replies {
     ) -> Result<(), ReceiveError> {
         let mut writer = Writer::default();
         rpc::refuse(&mut writer, id, outcome, reason);
-        self.send(&writer.into_bytes())
+        self.send(&writer.into_bytes(), stamp(0))
     }
 }
 
@@ -220,13 +221,14 @@ impl Server for DdsServer {
         // The client sends the hash of the whole interface, which is equal. The runtime compares
         // hashes of operations.
         handler(sample_header(&sample, sender.id, 0), body, &mut reply);
+        let at = reply_stamp(sample.stamp(), reply.age());
         let (reply, sent) = match reply.finish() {
             Written::Deferred(buffer) => (buffer, Ok(())),
             Written::Loan(loan, buffer) => {
-                let sent = client.map_or(Ok(()), |_| self.replies.send_lent(loan));
+                let sent = client.map_or(Ok(()), |_| self.replies.send_lent(loan, at));
                 (buffer, sent)
             }
-            Written::Buffer(reply) => self.send(client, body, reply),
+            Written::Buffer(reply) => self.send(client, body, reply, at),
         };
         self.reply = reply;
         sent.map(|()| true)

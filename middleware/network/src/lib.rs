@@ -55,7 +55,7 @@ pub use rate_limit::RateLimit;
 pub use reply::{ReplyMemory, Written};
 pub use sample::{body, sample_header};
 pub use session::{Session, refused};
-pub use stamps::{age, header, stamp};
+pub use stamps::{age, header, reply_sent, reply_stamp, stamp};
 pub use subscriber::TopicSubscriber;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -3,6 +3,7 @@
 use rc_ddsc::{BEFORE_BODY, Loan, Writer};
 use rc_middleware::rpc::ENVELOPE;
 use rc_middleware::{DeferredReply, Encoding, Profile, Reply};
+use std::time::Duration;
 
 /// Takes the reply to one request.
 pub struct ReplyMemory<'a> {
@@ -13,6 +14,7 @@ pub struct ReplyMemory<'a> {
     loan_is_reply: bool,
     later: Option<&'a dyn Fn() -> Box<dyn DeferredReply>>,
     is_deferred: bool,
+    age: Duration,
 }
 
 /// The form of a reply.
@@ -37,7 +39,13 @@ impl<'a> ReplyMemory<'a> {
             loan_is_reply: false,
             later: None,
             is_deferred: false,
+            age: Duration::ZERO,
         }
+    }
+
+    /// The age of its value.
+    pub fn age(&self) -> Duration {
+        self.age
     }
 
     /// With the state for sending the reply if it is deferred.
@@ -68,6 +76,10 @@ fn before_body(profile: Profile) -> usize {
 impl Reply for ReplyMemory<'_> {
     fn body(&mut self) -> &mut Vec<u8> {
         &mut self.buffer
+    }
+
+    fn set_age(&mut self, age: Duration) {
+        self.age = age;
     }
 
     fn profile(&self) -> Profile {

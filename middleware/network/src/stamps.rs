@@ -31,6 +31,34 @@ pub fn stamp(sent: u64) -> i64 {
     wall_clock() - age as i64
 }
 
+/// The DDS time stamp of a reply to a request with the stamp `request`: that of the request less the
+/// age of the value; for a value without an age, now, and never before the request. So no clocks are
+/// compared.
+pub fn reply_stamp(request: i64, age: Duration) -> i64 {
+    /// The year 2116: no clock is that far ahead.
+    const LAST: i64 = 1 << 62;
+    let now = stamp(0);
+    if age.is_zero() {
+        return if (now..LAST).contains(&request) {
+            request
+        } else {
+            now
+        };
+    }
+    let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
+    request.saturating_sub(age).max(1)
+}
+
+/// When a reply with the stamp `reply` was sent, by the monotonic clock. Its request was sent at
+/// `asked`, with the stamp `request`. See [`reply_stamp`].
+pub fn reply_sent((asked, request): (u64, i64), reply: i64) -> u64 {
+    if reply >= request {
+        return sent(reply);
+    }
+    let age = request.abs_diff(reply);
+    asked.saturating_sub(age).max(asked.min(1))
+}
+
 /// The age of a sample with this time stamp; zero for a stamp in the future.
 pub fn age(stamp: i64) -> Duration {
     let age = wall_clock().saturating_sub(stamp);
@@ -51,6 +79,20 @@ fn sent(stamp: i64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn replies_have_ages_whatever_the_clocks() {
+        // The clock of the client is an hour behind that of the server, or ahead of it.
+        for ahead in [-3_600_000_000_000, 3_600_000_000_000] {
+            let (asked, request) = (now(), stamp(0) + ahead);
+            let of = |age| reply_sent((asked, request), reply_stamp(request, age));
+            assert!(of(Duration::ZERO) >= asked, "{ahead}");
+            assert_eq!(of(Duration::from_nanos(250)), asked - 250);
+            assert_eq!(of(Duration::MAX), 1);
+        }
+        // A stranger without a clock.
+        assert!(reply_stamp(i64::MAX, Duration::ZERO) <= stamp(0));
+    }
 
     #[test]
     fn time_stamps_convert_both_ways() {

@@ -128,6 +128,8 @@ pub(crate) struct Request {
     /// Identifies it to its client.
     pub(crate) id: Identity,
     pub(crate) mapping: Mapping,
+    /// The time stamp of its reply; 0 for now.
+    pub(crate) reply_at: i64,
 }
 
 impl Request {
@@ -142,6 +144,7 @@ impl Request {
                 number: if number > 0 { number } else { own },
             },
             mapping: Mapping::Beside,
+            reply_at: 0,
         };
         if let Some(id) = sample.related().filter(|id| id.guid != [0; 16]) {
             // A stranger could have its reply pass for the reply to another client's request.
@@ -166,6 +169,7 @@ impl Request {
             Mapping::Before => Ok(Self {
                 id: in_header(body, &peer.guid)?,
                 mapping: Mapping::Before,
+                reply_at: 0,
             }),
         }
     }
@@ -177,6 +181,7 @@ impl Request {
         (id.guid == *client).then_some(Self {
             id,
             mapping: Mapping::Before,
+            reply_at: 0,
         })
     }
 

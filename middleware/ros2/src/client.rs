@@ -13,7 +13,7 @@ use rc_middleware::{
 };
 use rc_network::{
     Backlog, CallState, Caller, ClientPorts, EndpointSpec, Guid, GuidPrefix, Inbox, Opening, Peer,
-    ROOM, RateLimit, ReplyQueue, Role, body, sample_header, signal, stamp,
+    ROOM, RateLimit, ReplyQueue, Role, body, reply_sent, sample_header, signal, stamp,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -179,13 +179,15 @@ pub(crate) struct RosClient {
     buffer: Vec<u8>,
 }
 
-/// A request that was sent: its operation, its identity in the envelope and here, and its server.
+/// A request that was sent: its operation, its identity in the envelope and here, its server, and when
+/// it was sent, also as a time stamp.
 #[derive(Clone, Copy)]
 struct SentRequest {
     at: usize,
     id: RequestId,
     key: RequestKey,
     server: GuidPrefix,
+    sent: (u64, i64),
 }
 
 impl Service {
@@ -277,7 +279,8 @@ impl RosClient {
         };
         let key = (at, number, mapping);
         queue.begin(key, is_awaited);
-        let numbers = (sequence, stamp(header.sent));
+        let asked = (header.sent, stamp(header.sent));
+        let numbers = (sequence, asked.1);
         let sent = match mapping {
             Mapping::Beside => {
                 let related = Identity {
@@ -306,6 +309,7 @@ impl RosClient {
             id,
             key,
             server,
+            sent: asked,
         })
     }
 
@@ -328,7 +332,9 @@ impl RosClient {
     /// Passes the reply to a request to `take`, if it has arrived.
     fn take_reply(
         &mut self,
-        SentRequest { at, id, key, .. }: SentRequest,
+        SentRequest {
+            at, id, key, sent, ..
+        }: SentRequest,
         take: &mut dyn FnMut(Header, &[u8]),
     ) -> Option<Result<(), CallError>> {
         let received = match self.received.queue.take(key)? {
@@ -336,7 +342,10 @@ impl RosClient {
             Err(reason) => return Some(Err(self.caller.failed(&reason))),
         };
         let (is_refusal, mut sample) = (received.is_refusal, received.sample);
-        let header = sample_header(&sample, sample.writer().into(), 0);
+        let header = Header {
+            sent: reply_sent(sent, sample.stamp()),
+            ..sample_header(&sample, sample.writer().into(), 0)
+        };
         if is_refusal {
             let (reason, state) = match body(&sample) {
                 Ok(body) => rpc::read_reason(&mut Reader::new(body)),
@@ -379,6 +388,16 @@ impl Client for RosClient {
 
     fn profile(&self) -> Profile {
         Profile::Bare
+    }
+
+    /// A program outside stamps its replies with its own clock.
+    fn replies_have_ages(&self) -> bool {
+        let service = self.services.first();
+        service.is_some_and(|service| {
+            let server = service.ports.server(self.received.queue.server());
+            let reader = server.and_then(|server| service.reader_of(server));
+            reader.is_some_and(|(_, is_external, _)| !is_external)
+        })
     }
 
     fn can_loan(&self) -> bool {

@@ -13,7 +13,7 @@ use rc_middleware::{
 use rc_network::{
     Backlog, EndpointSpec, Guid, GuidPrefix, Inbox, NO_ROOM, Opening, QueuedRequest, RateLimit,
     ReaderPort, ReaderState, ReplyMemory, RequestQueues, Role, WriterPort, WriterState, Written,
-    body, lock, prefix, sample_header, signal, stamp,
+    body, lock, prefix, reply_stamp, sample_header, signal, stamp,
 };
 use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -251,7 +251,11 @@ pub(crate) fn send_reply(
     request: Request,
     mut reply: Loan,
 ) -> Result<(), String> {
-    let numbers = (sequence, stamp(0));
+    let at = match request.reply_at {
+        0 => stamp(0),
+        at => at,
+    };
+    let numbers = (sequence, at);
     let sent = match request.mapping {
         Mapping::Beside => writer.send(reply, numbers, 0, Some(request.id)),
         Mapping::Before => {
@@ -403,6 +407,7 @@ impl Replies {
                 number: -number,
             },
             mapping: Mapping::Beside,
+            reply_at: 0,
         };
         self.answer(place, refused, &writer.into_bytes())
     }
@@ -441,9 +446,9 @@ impl Server for RosServer {
         self.has_been(turn);
         let service = &self.replies.services[place];
         let (requests, operation) = (&service.requests.shared, service.id);
-        let request =
-            Request::read(&sample, requests).map_err(|reason| self.replies.failed(reason))?;
-        let client = sample.writer();
+        let request = Request::read(&sample, requests);
+        let mut request = request.map_err(|reason| self.replies.failed(reason))?;
+        let (client, asked_at) = (sample.writer(), sample.stamp());
         let Some(sender) = requests.sender(client) else {
             let reason = "the types differ; regenerate and rebuild both ends";
             let refused = self
@@ -484,11 +489,12 @@ impl Server for RosServer {
         let reply = ReplyMemory::new(writer, Profile::Bare, std::mem::take(&mut self.reply));
         let mut reply = reply.or_later(&later);
         answer(header, whole, &mut reply);
+        request.reply_at = reply_stamp(asked_at, reply.age());
         let (reply, done) = match reply.finish() {
             Written::Deferred(unused) => (unused, Ok(())),
             Written::Loan(loan, unused) => (unused, self.replies.send(place, request, loan)),
             Written::Buffer(reply) => {
-                let done = self.replies.reply(asked, &reply);
+                let done = self.replies.reply(Asked { request, ..asked }, &reply);
                 (reply, done)
             }
         };
