@@ -13,6 +13,7 @@ use std::time::Duration;
 #[derive(Debug)]
 pub(crate) enum Pending {
     Status,
+    Chains,
     Events,
     Parameters,
     Action(String),

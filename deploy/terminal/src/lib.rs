@@ -11,6 +11,7 @@
 //! that a terminal never blocks the supervisor.
 
 mod actions;
+mod chains;
 mod connection;
 mod details;
 mod input;

@@ -1,6 +1,7 @@
 //! The state of the view: no input, no output, no clock.
 
 use super::rows::{self, Row};
+use rc_management::chains::ChainStatus;
 use rc_management::component::{Parameters, Role, SlotStatus, Status, Timing};
 use rc_management::lifecycle::LifecycleState;
 use rc_management::supervisor::{ComponentState, ComponentStatus, Event, NetworkStatus, Verb};
@@ -34,6 +35,8 @@ pub(crate) struct Model {
     /// Columns and lines of the terminal.
     pub(crate) size: (u16, u16),
     pub(crate) components: Vec<Component>,
+    /// The chains, as the supervisor measures them.
+    pub(crate) chains: Vec<ChainStatus>,
     pub(crate) events: VecDeque<Event>,
     /// By how many lines the events are scrolled up. 0 follows new events.
     pub(crate) events_scroll: usize,
@@ -279,6 +282,7 @@ impl Model {
             colours,
             size: (80, 24),
             components: Vec::new(),
+            chains: Vec::new(),
             events: VecDeque::new(),
             events_scroll: 0,
             selected: String::new(),

@@ -1,11 +1,11 @@
 //! Draws a model at any size.
 
-use super::details;
 use super::keys::{HELP, leaving};
 use super::model::{Component, Figures, Host, Model, Page, Prompt};
 use super::rows::{Kind, Row};
 use super::style::{bytes, chosen, faint, percent, plain, rate, strong, uptime};
 use super::text::{fit, offset, opt, put, times};
+use super::{chains, details};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -283,6 +283,8 @@ fn table_and_events(model: &Model, body: &[Rect], buf: &mut Buffer) {
     };
     let (above, below) = body.split_at(for_table);
     table(model, &rows, above, buf);
+    let (middle, below) = below.split_at(chains::wanted(model, below.len()));
+    chains::draw(model, middle, buf);
     events(model, below, buf);
 }
 
@@ -438,7 +440,7 @@ fn state(model: &Model, row: &Row<'_>, members: &[&Component]) -> (String, Style
     (format!("{running}/{}", members.len()), style)
 }
 
-fn rule(at: Rect, title: &str, buf: &mut Buffer) {
+pub(super) fn rule(at: Rect, title: &str, buf: &mut Buffer) {
     let width = usize::from(at.width);
     let line = format!("── {title} ");
     let rest = width.saturating_sub(line.chars().count());

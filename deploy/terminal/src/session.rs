@@ -9,6 +9,7 @@ use super::screen::Screen;
 use super::{render, screen, usage};
 use rc_deploy_client::error::{Error, ErrorContext};
 use rc_deploy_client::{by_hand, place};
+use rc_management::chains::Chains;
 use rc_management::component;
 use rc_management::supervisor::{self, NetworkStatus, Notification};
 use rc_middleware::RunDirectory;
@@ -35,6 +36,9 @@ pub(crate) enum End {
     /// The terminal is closed.
     Gone,
 }
+
+/// Asks for the chains without the messages that came to their ends.
+const CHAINS: supervisor::Request = supervisor::Request::Chains { known: None };
 
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
@@ -121,6 +125,7 @@ impl<'s> Session<'s> {
         if let Some(supervisor) = &mut self.supervisor {
             supervisor.send(Pending::Events, &supervisor::Request::Events);
             supervisor.send(Pending::Status, &supervisor::Request::Status);
+            supervisor.send(Pending::Chains, &CHAINS);
         }
     }
 
@@ -344,6 +349,7 @@ impl<'s> Session<'s> {
         let now = self.start.elapsed();
         self.changed = true;
         self.ask_supervisor();
+        self.ask_chains();
         self.find_by_hand();
         let model = &mut self.model;
         let running: Vec<(String, Option<i32>, bool)> = model
@@ -399,6 +405,16 @@ impl<'s> Session<'s> {
         }
     }
 
+    /// Asks the supervisor for its chains, unless it has none or is asked already.
+    fn ask_chains(&mut self) {
+        if let Some(supervisor) = &mut self.supervisor
+            && !self.model.chains.is_empty()
+            && !supervisor.pending().any(|a| matches!(a, Pending::Chains))
+        {
+            supervisor.send(Pending::Chains, &CHAINS);
+        }
+    }
+
     /// Connects to components that were started by hand. They are shown when they have answered.
     fn find_by_hand(&mut self) {
         // Before its first answer, the supervisor may know each of them.
@@ -450,6 +466,11 @@ impl<'s> Session<'s> {
                     if first {
                         self.tick();
                     }
+                }
+            }
+            Received::Answer(Pending::Chains, Ok(chains)) => {
+                if let Ok(chains) = Chains::deserialize(chains) {
+                    self.model.chains = chains.chains;
                 }
             }
             Received::Notification(Notification::Event(event)) => {

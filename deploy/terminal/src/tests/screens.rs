@@ -255,3 +255,55 @@ fn what_is_allowed_for_a_parameter_is_never_cut() {
         );
     }
 }
+
+/// A network with two chains, one of them late; each line has the colour of its state.
+#[test]
+fn chains_are_lines_between_components_and_events() {
+    let mut model = model(Host::Top);
+    model.colours = true;
+    let times = |p50: f64| json!({"p50_ms": p50, "p99_ms": 2.0 * p50, "worst_ms": 3.0 * p50});
+    let chain = |name: &str, within: f64, conditions: Value| {
+        json!({
+            "name": name, "from": "simulator.pose.newPose", "to": "monitor.pose.newPose", "within_ms": within,
+            "begun": 9, "complete": 9, "late": 1, "old": 0, "coverage": 1.0, "uncertainty_ms": 0.0,
+            "times": times(27.1), "conditions": conditions,
+            "hops": [
+                {"component": "avoider", "receives": "pose.newPose", "times": times(26.5), "lost": 0, "replaced": 0,
+                 "ended": 0, "swapped": 0, "restarts": 0},
+                {"component": "monitor", "receives": "pose.newPose", "times": times(0.6), "lost": 0, "replaced": 0,
+                 "ended": 0, "swapped": 0, "restarts": 0},
+            ],
+        })
+    };
+    let chains = json!([
+        chain("calm", 80.0, json!([])),
+        chain("brake", 50.0, json!(["chain-late"]))
+    ]);
+    model.chains = serde_json::from_value(chains).expect("chains");
+    let shown = screen(&mut model, 100, 24);
+    let lines: Vec<&str> = shown.lines().collect();
+    let title = lines
+        .iter()
+        .position(|line| line.starts_with("── chains ─"));
+    let title = title.expect("the chains");
+    expect![[r#"
+        calm   simulator ━ avoider 26.5 ━ monitor 0.6  27.1 ms, p99 54.2, worst 81.3 of 80
+        brake  simulator ━ avoider 26.5 ━ monitor 0.6  27.1 ms, p99 54.2, worst 81.3 of 50, chain-late"#]]
+    .assert_eq(&lines[title + 1..title + 3].join("\n"));
+    assert!(lines[title + 3].starts_with("── events ─"), "{shown}");
+    let mut terminal = Terminal::new(TestBackend::new(100, 24)).expect("a terminal");
+    let drawn = terminal.draw(|frame| render::draw(&model, frame.area(), frame.buffer_mut()));
+    drawn.expect("drawn");
+    let colour = |line: usize| terminal.backend().buffer()[(10, line as u16)].fg;
+    assert_eq!(
+        [title + 1, title + 2].map(colour),
+        [Color::Green, Color::Red]
+    );
+    // Without room for both, the late one is shown.
+    let shown = screen(&mut model, 100, 20);
+    assert!(shown.contains("── chains, 1 more ─"), "{shown}");
+    assert!(
+        shown.contains("brake ") && !shown.contains("calm "),
+        "{shown}"
+    );
+}
