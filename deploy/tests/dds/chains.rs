@@ -25,8 +25,9 @@ struct Run {
     /// In milliseconds: `within`, and by how much one component becomes slower.
     within: u64,
     slower: u64,
-    /// How long nothing may be reported.
-    quiet: Duration,
+    /// How long nothing may be reported. `None` on a computer that does much else: then a message
+    /// that was late may be reported.
+    quiet: Option<Duration>,
 }
 
 /// Where the messages come from is `a`; it calls `b`, which calls `c`, and so on.
@@ -109,7 +110,12 @@ fn the_times_are_right(site: &Site, run: &Run) {
     let chain = chain(site);
     let p50 = |of: &Value| of["p50_ms"].as_f64().expect("a time");
     let error = chain["uncertainty_ms"].as_f64().expect("an error");
-    assert!(error <= 1.0, "the stated error: {chain}");
+    // Clocks that are apart would be in all times.
+    let (most_error, most_more) = match run.quiet {
+        Some(_) => (1.0, 20.0),
+        None => (100.0, 500.0),
+    };
+    assert!(error <= most_error, "the stated error: {chain}");
     assert_eq!(error > 0.0, run.has_other_host, "{chain}");
     assert_eq!(chain["missing"], json!([]), "{chain}");
     let hops = chain["hops"].as_array().expect("hops");
@@ -118,12 +124,9 @@ fn the_times_are_right(site: &Site, run: &Run) {
         assert_eq!(hop["component"], name);
         let known = work as f64;
         assert!(p50(&hop["work"]) >= known - error, "{hop}");
-        assert!(p50(&hop["work"]) < known + 20.0, "{hop}");
-        // Clocks that are apart would be in it.
-        assert!(
-            p50(&hop["way"]) > -error && p50(&hop["way"]) < 100.0,
-            "{hop}"
-        );
+        assert!(p50(&hop["work"]) < known + most_more, "{hop}");
+        let way = p50(&hop["way"]);
+        assert!(way > -error && way < most_more, "{hop}");
         assert_eq!(hop["lost"], 0, "{hop}");
         assert_eq!(hop["swapped"], 0, "{hop}");
     }
@@ -149,6 +152,24 @@ fn await_in_time(site: &Site, known: usize) {
     Site::until("no condition", || chain(site)["conditions"] == json!([]));
 }
 
+/// Nothing is reported that was not so. On a quiet computer, nothing is reported at all.
+fn no_alarm_is_false(site: &Site, run: &Run) {
+    let events = events(site);
+    if run.quiet.is_some() || events.is_empty() {
+        assert_eq!(events, [], "{}", chain(site));
+        return;
+    }
+    let chain = chain(site);
+    let is_late = |(code, _): &(String, String)| ["chain-late", "chain-in-time"].contains(&&**code);
+    assert!(events.iter().all(is_late), "{events:?}: {chain}");
+    assert!(chain["late"].as_u64() > Some(0), "{events:?}: {chain}");
+    let worst = chain["times"]["worst_ms"].as_f64();
+    assert!(worst > Some(run.within as f64), "{events:?}: {chain}");
+    Site::until("no condition", || {
+        self::chain(site)["conditions"] == json!([])
+    });
+}
+
 fn runs(test: &str, run: &Run) {
     let site = Site::new(run.name);
     site.write_ddsl(&network(&site, run));
@@ -167,19 +188,24 @@ fn runs(test: &str, run: &Run) {
     Site::until("messages on the chain", || complete(&site) > 20);
     let begun = Instant::now();
     await_messages(&site, 50);
-    std::thread::sleep(run.quiet.saturating_sub(begun.elapsed()));
-    assert_eq!(events(&site), [], "false alarms");
+    let quiet = run.quiet.unwrap_or_default();
+    std::thread::sleep(quiet.saturating_sub(begun.elapsed()));
+    no_alarm_is_false(&site, run);
     the_times_are_right(&site, run);
 
     // One component is slower.
     let slower = |ms: u64| json!({"changes": {"delay": format!("{ms}ms")}});
     let work = WORK[2].1;
-    let known = events(&site).len();
-    site.tell("d", "parameters_set", &slower(work + run.slower));
-    let late = await_event(&site, known, "chain-late");
-    assert!(late.contains(" of them at d ("), "{late}");
-    site.tell("d", "parameters_set", &slower(work));
-    await_in_time(&site, known);
+    Site::until("d to be named", || {
+        let known = events(&site).len();
+        site.tell("d", "parameters_set", &slower(work + run.slower));
+        let late = await_event(&site, known, "chain-late");
+        site.tell("d", "parameters_set", &slower(work));
+        await_in_time(&site, known);
+        let is_named = late.contains(" of them at d (");
+        assert!(is_named || run.quiet.is_none(), "{late}");
+        is_named
+    });
 
     // One stands still, and goes on.
     let known = events(&site).len();
@@ -202,14 +228,14 @@ fn runs(test: &str, run: &Run) {
     site.await_nothing_left();
 }
 
-/// What a computer that builds and tests at the same time does not exceed.
+/// What a computer that builds and tests at the same time seldom exceeds.
 const SMOKE: Run = Run {
     name: "",
     middleware: "",
     has_other_host: true,
     within: 250,
     slower: 300,
-    quiet: Duration::ZERO,
+    quiet: None,
 };
 const DDS: &str = "middleware dds { domain 186; };";
 const ROS2: &str = "middleware ros2 { domain 187; };";
@@ -252,7 +278,7 @@ fn ten_minutes_without_a_false_alarm() {
             has_other_host,
             within: 60,
             slower: 50,
-            quiet: Duration::from_secs(seconds),
+            quiet: Some(Duration::from_secs(seconds)),
         };
         runs(test, &run);
         println!("{middleware} {seconds} s");
