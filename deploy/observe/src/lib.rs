@@ -10,6 +10,7 @@
 //!   peer.
 //! - [`Poller`]: repeats a look on a thread of its own.
 //! - [`RemoteClock`]: how far the clocks of another machine are ahead.
+//! - [`send_transport`], [`receive_transport`]: how long messages need from process to process.
 //! - [`TimeTopic`], [`TimeSource`]: the time of the network, received and published.
 //!
 //! A tool is not a peer: it takes no place of a component, delays no message, and no component
@@ -30,6 +31,7 @@ mod responder;
 mod sender;
 mod source;
 mod time;
+mod transport;
 
 pub use calls::{Answer, call};
 pub use clock::{Estimate, MachineClock, Offset, RemoteClock};
@@ -43,3 +45,4 @@ pub use responder::Responder;
 pub use sender::Sender;
 pub use source::{SendingClock, Source};
 pub use time::{TimeSource, TimeTopic};
+pub use transport::{receive_transport, remove_transport, send_transport};

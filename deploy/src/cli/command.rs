@@ -8,7 +8,7 @@ use super::completion::{
 };
 use super::meaning::ConversionOptions;
 use super::world::WorldAction;
-use super::{bag, chains, foxglove, play, record, replay};
+use super::{bag, chains, foxglove, play, record, replay, transport};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
 use rc_deploy_client::{Format, Level};
@@ -144,6 +144,9 @@ pub(super) enum Command {
     /// Shows the times of the chains of a running network or of a recording, by hops, and lost
     /// messages.
     Chains(chains::Chains),
+    /// Measures how long messages need from one process to another one of this machine. The worst
+    /// cases of chains count with the longest of these times from then on.
+    Transport(transport::Transport),
     /// Prints the logs of components.
     ///
     /// A line without a time and a level, such as one that the worker prints, belongs to the message

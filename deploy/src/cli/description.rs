@@ -2,6 +2,7 @@
 
 use super::arguments::Input;
 use super::output::{Failure, counted, print_findings, print_line, print_note, system};
+use super::transport;
 use crate::process::machine;
 use rc_codegen::FileLoader;
 use rc_deploy_network::{Network, Overrides};
@@ -13,7 +14,9 @@ fn read_silently(
     loader: &FileLoader,
 ) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
     let mut sources = SourceMap::new();
+    let transports = transport::measured()?;
     let overrides = Overrides {
+        transports: &transports,
         middleware: input.middleware,
         parameters: &input.set,
     };

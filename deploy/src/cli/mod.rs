@@ -27,6 +27,7 @@ mod record;
 mod replay;
 mod service;
 mod top;
+mod transport;
 mod up;
 mod world;
 
@@ -158,6 +159,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             show(format, &report, status::report_table)
         }
         Command::Chains(options) => chains::chains(options),
+        Command::Transport(options) => transport::transport(&options),
         Command::Logs {
             network,
             component,

@@ -1,0 +1,131 @@
+//! How long messages need from one process to another one of this machine.
+
+use crate::backends::Backends;
+use crate::error::Error;
+use rc_middleware::{
+    Address, Endpoint, Header, Qos, Reliability, RunDirectory, TypeIdentity, now, wait,
+};
+use std::collections::BTreeMap;
+use std::os::fd::AsFd as _;
+use std::time::{Duration, Instant};
+
+/// The bytes of a message.
+const BYTES: usize = 1024;
+/// The messages before those that count: the first ones open connections and touch memory.
+const WARM_UP: u32 = 100;
+/// The time between two messages.
+const PERIOD: Duration = Duration::from_millis(1);
+/// How long a process may take to find the other one, or a message to arrive.
+const LIMIT: Duration = Duration::from_secs(20);
+/// The longest wait for a descriptor before the queue is looked into.
+const CYCLE: Duration = Duration::from_millis(50);
+
+/// The end of a topic that two processes of the network `network` have.
+struct End {
+    backends: Backends,
+    endpoint: Endpoint,
+    middleware: &'static str,
+}
+
+impl End {
+    fn open(network: &str, middleware: &'static str, depth: u32) -> Result<Self, Error> {
+        let address = Address::parse("transport/Transport/message");
+        let address = address.map_err(|reason| Error::system("the address", &reason))?;
+        Ok(Self {
+            backends: Backends::of_peer(network)?,
+            endpoint: Endpoint {
+                address,
+                types: TypeIdentity {
+                    name: "Transport/message".to_owned(),
+                    hash: 1,
+                },
+                qos: Qos {
+                    reliability: Reliability::Reliable,
+                    depth,
+                    ..Qos::PUBLISHER
+                },
+                external_types: Vec::new(),
+            },
+            middleware,
+        })
+    }
+}
+
+/// Sends so many messages to [`receive_transport`] in another process, and some before.
+pub fn send_transport(network: &str, middleware: &'static str, messages: u32) -> Result<(), Error> {
+    let mut end = End::open(network, middleware, 100)?;
+    let backend = end.backends.joined(end.middleware, &BTreeMap::new())?;
+    let mut publisher = backend.publisher(&end.endpoint)?;
+    let begun = Instant::now();
+    while publisher.peers() == 0 {
+        if begun.elapsed() > LIMIT {
+            return Err(missing(middleware));
+        }
+        std::thread::sleep(PERIOD);
+    }
+    let body = vec![7; BYTES];
+    for sequence in 1..=u64::from(WARM_UP) + u64::from(messages) {
+        let header = Header {
+            type_hash: 1,
+            sequence,
+            sent: now(),
+            ..Header::default()
+        };
+        let sent = publisher.publish(header, &body);
+        sent.map_err(|error| Error::system("send a message", &error))?;
+        std::thread::sleep(PERIOD);
+    }
+    end.backends.linger(LIMIT);
+    Ok(())
+}
+
+/// Receives so many messages of [`send_transport`], and returns how long each was on its way, in
+/// nanoseconds.
+pub fn receive_transport(
+    network: &str,
+    middleware: &'static str,
+    messages: u32,
+) -> Result<Vec<u64>, Error> {
+    let mut end = End::open(network, middleware, 100)?;
+    let backend = end.backends.joined(end.middleware, &BTreeMap::new())?;
+    let mut subscriber = backend.subscriber(&end.endpoint)?;
+    let last = u64::from(WARM_UP) + u64::from(messages);
+    let (mut times, mut is_done, mut heard) = (Vec::new(), false, Instant::now());
+    while !is_done {
+        if heard.elapsed() > LIMIT {
+            return Err(missing(middleware));
+        }
+        let woken = wait(&[subscriber.descriptor().as_fd()], CYCLE) > 0;
+        subscriber.acknowledge(woken);
+        let mut take = |header: Header, _: &[u8]| {
+            heard = Instant::now();
+            is_done |= header.sequence >= last;
+            if header.sequence > u64::from(WARM_UP) && header.sent > 0 {
+                times.push(now().saturating_sub(header.sent));
+            }
+        };
+        loop {
+            let received = subscriber.receive(&mut take);
+            if !received.map_err(|error| Error::system("receive a message", &error))? {
+                break;
+            }
+        }
+    }
+    Ok(times)
+}
+
+/// Removes what the network has left.
+pub fn remove_transport(network: &str) {
+    // The next run has another name: what is left disturbs nobody.
+    if let Ok(directory) = RunDirectory::open(network) {
+        let _ = directory.remove();
+    }
+}
+
+fn missing(middleware: &str) -> Error {
+    let reason = format!(
+        "no message over `{middleware}` within {} s",
+        LIMIT.as_secs()
+    );
+    Error::system("measure the transport", &reason)
+}

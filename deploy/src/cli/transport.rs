@@ -1,0 +1,140 @@
+//! `rcdeploy transport`: how long messages need on this machine, for the worst cases of chains.
+
+use super::output::{Failure, show};
+use clap::Args;
+use rc_command_line::words;
+use rc_deploy_client::{Format, logs};
+use rc_management::chains::Times;
+use rc_vocabulary::Middleware;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// Arguments of `transport`.
+#[derive(Args)]
+pub(super) struct Transport {
+    /// Measures this middleware only, and keeps what is known of the others: iceoryx2, dds or ros2.
+    #[arg(long, value_parser = middleware, add = words(&["iceoryx2", "dds", "ros2"]))]
+    middleware: Option<Middleware>,
+    /// The messages of each middleware.
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    messages: u32,
+    /// The form of the output: human or json (one document).
+    #[arg(long, default_value = "human", value_parser = super::arguments::format, add = words(&["human", "json"]))]
+    format: Format,
+    /// The process that receives: prints the times, in nanoseconds.
+    #[arg(long, hide = true, requires = "middleware")]
+    receive: Option<String>,
+}
+
+/// What `rcdeploy` measured on this machine: for each middleware, the times of a message.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Table {
+    #[serde(default)]
+    middlewares: BTreeMap<String, Times>,
+}
+
+/// The middlewares that connect processes.
+const MEASURED: [Middleware; 3] = [Middleware::Iceoryx2, Middleware::Dds, Middleware::Ros2];
+
+fn middleware(text: &str) -> Result<Middleware, String> {
+    let known = Middleware::from_word(text).filter(|known| MEASURED.contains(known));
+    known.ok_or_else(|| "expected iceoryx2, dds or ros2".to_owned())
+}
+
+/// Where the table is: beside the logs of networks.
+fn place() -> PathBuf {
+    logs::root().join("transport.json")
+}
+
+fn read() -> Result<Table, Failure> {
+    let path = place();
+    let text = match rc_files::read(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Table::default()),
+        Err(error) => return Err(Failure(3, format!("{}: {error}", path.display()))),
+    };
+    let table = serde_json::from_str(&text);
+    table.map_err(|error| {
+        let path = path.display();
+        let help = "remove it, and measure again with `rcdeploy transport`";
+        Failure(3, format!("{path} is damaged: {error}; {help}"))
+    })
+}
+
+/// The longest time of a message over each middleware that was measured on this machine.
+pub(super) fn measured() -> Result<Vec<(Middleware, Duration)>, Failure> {
+    let table = read()?.middlewares.into_iter();
+    let known = table.filter_map(|(word, times)| {
+        let longest = Duration::try_from_secs_f64(times.worst_ms / 1e3).ok()?;
+        Some((Middleware::from_word(&word)?, longest))
+    });
+    Ok(known.collect())
+}
+
+pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
+    let messages = options.messages;
+    if let (Some(network), Some(middleware)) = (&options.receive, options.middleware) {
+        let times = rc_observe::receive_transport(network, middleware.word(), messages)?;
+        super::output::print_json(&times)?;
+        return Ok(0);
+    }
+    // What is damaged is replaced as a whole.
+    let mut table = match options.middleware {
+        Some(_) => read()?,
+        None => Table::default(),
+    };
+    let all = MEASURED.into_iter();
+    for middleware in all.filter(|one| options.middleware.is_none_or(|only| only == *one)) {
+        let times = measure(middleware, messages)?;
+        table
+            .middlewares
+            .insert(middleware.word().to_owned(), times);
+    }
+    let path = place();
+    let failed = |error: std::io::Error| Failure(3, format!("{}: {error}", path.display()));
+    let text = serde_json::to_string_pretty(&table).map_err(std::io::Error::other);
+    logs::make_folder(&logs::root()).map_err(failed)?;
+    let text = text.map_err(failed)? + "\n";
+    rc_files::write_with(&path, |out| out.write_all(text.as_bytes())).map_err(failed)?;
+    show(options.format, &table, ToString::to_string)
+}
+
+/// Measures one middleware, between this process and another one.
+fn measure(middleware: Middleware, messages: u32) -> Result<Times, Failure> {
+    let word = middleware.word();
+    let network = format!("rcdeploy_transport_{}", std::process::id());
+    let failed = |error: std::io::Error| Failure(3, format!("start the receiver: {error}"));
+    let mut receiver = Command::new(std::env::current_exe().map_err(failed)?);
+    receiver
+        .args(["transport", "--middleware", word, "--receive", &network])
+        .args(["--messages", &messages.to_string()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped());
+    let receiver = receiver.spawn().map_err(failed)?;
+    let sent = rc_observe::send_transport(&network, word, messages);
+    let output = receiver.wait_with_output().map_err(failed);
+    rc_observe::remove_transport(&network);
+    sent?;
+    let times: Vec<u64> = serde_json::from_slice(&output?.stdout)
+        .map_err(|_| Failure(3, format!("the receiver over `{word}` has failed")))?;
+    let in_ms = |ns: u64| ns as f64 / 1e6;
+    let worst = in_ms(times.iter().copied().max().unwrap_or_default());
+    let times = Times::of(times.into_iter().map(in_ms), worst);
+    times.ok_or_else(|| Failure(3, format!("no message over `{word}` has arrived")))
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:10}  {:>9}  {:>9}  {:>9}", "", "p50", "p99", "longest")?;
+        for (middleware, times) in &self.middlewares {
+            let all = [times.p50_ms, times.p99_ms, times.worst_ms];
+            let [p50, p99, worst] = all.map(|ms| format!("{ms:.3} ms"));
+            writeln!(f, "{middleware:10}  {p50:>9}  {p99:>9}  {worst:>9}")?;
+        }
+        Ok(())
+    }
+}
