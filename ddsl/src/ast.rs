@@ -92,6 +92,9 @@ pub enum ChainField {
     Points(Vec<Vec<Name>>),
     /// `within`, `age` and `transport`.
     Time(Literal),
+    /// `external`: each message that leaves the network, the one that comes back, and the time
+    /// between them.
+    Outside(Vec<(Vec<Name>, Vec<Name>, Literal)>),
     /// `late warn;`, `late stop base;` or `late fire avoider brake;`
     Late(Late),
 }

@@ -273,6 +273,8 @@ pub struct Chain {
     pub through: Vec<ChainPoint>,
     /// The message that ends it.
     pub to: ChainPoint,
+    /// What programs outside of the network do.
+    pub outside: Vec<Outside>,
     /// The most time from sending the first message to the effect of the last one.
     pub within: Option<Duration>,
     /// The most time from sending the first message to any effect that is made of it.
@@ -281,6 +283,17 @@ pub struct Chain {
     pub transport: Option<Duration>,
     /// The action if it is late.
     pub late: Late,
+}
+
+/// Programs outside of the network that send one message for another one, with the same stamp.
+#[derive(Clone, Debug)]
+pub struct Outside {
+    /// The message that they receive.
+    pub from: ChainPoint,
+    /// The message that they send.
+    pub to: ChainPoint,
+    /// The most time from sending the one to receiving the other.
+    pub within: Duration,
 }
 
 /// The action if a chain is late. Instances are indices into [`Deployment::instances`].

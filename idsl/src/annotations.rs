@@ -1,4 +1,5 @@
-//! Annotations: `@unit`, `@dproto`, `@range`, `@default`, `@optional` and `@ros`.
+//! Annotations: `@unit`, `@dproto`, `@range`, `@default`, `@optional`, `@stamp` and
+//! `@ros`.
 
 use crate::ast::{self, Decl, DeclKind};
 use crate::check;
@@ -8,9 +9,11 @@ use rc_diagnostics::Diagnostic;
 use rc_syntax::{Literal, LiteralKind, Name};
 
 /// The annotations that members and parameters accept.
-const MEMBER_ANNOTATIONS: [&str; 5] = ["unit", "dproto", "range", "default", "optional"];
+const MEMBER_ANNOTATIONS: [&str; 6] = ["unit", "dproto", "range", "default", "optional", "stamp"];
 /// The annotations that modules, structs and operations accept.
-const ALL_ANNOTATIONS: [&str; 6] = ["unit", "dproto", "range", "default", "optional", "ros"];
+const ALL_ANNOTATIONS: [&str; 7] = [
+    "unit", "dproto", "range", "default", "optional", "stamp", "ros",
+];
 
 impl ModuleResolver<'_> {
     pub(crate) fn annotate(&mut self, member: &mut Member, annotation: &ast::Annotation) {
@@ -18,6 +21,11 @@ impl ModuleResolver<'_> {
         let first = annotation.args.first().map(|(_, literal)| literal.clone());
         match (text, first) {
             ("optional", None) => member.optional = true,
+            ("stamp", None) => {
+                if check::stamp(self.library, &member.ty, annotation, self.found) {
+                    member.stamp = true;
+                }
+            }
             (
                 "unit",
                 Some(Literal {
@@ -54,9 +62,10 @@ impl ModuleResolver<'_> {
                     member.range = Some(range);
                 }
             }
-            ("optional" | "unit" | "dproto" | "default" | "range", _) => {
+            ("optional" | "stamp" | "unit" | "dproto" | "default" | "range", _) => {
                 let message = match text {
                     "optional" => "`@optional` takes no argument",
+                    "stamp" => "`@stamp` takes no argument",
                     "unit" => "`@unit` takes one string: `@unit(\"m/s\")`",
                     "dproto" => "`@dproto` takes one string: `@dproto(\"point\")`",
                     "default" => "`@default` takes one value: `@default(0)`",

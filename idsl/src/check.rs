@@ -276,6 +276,31 @@ pub(crate) fn range(
     true
 }
 
+/// Whether a member can be a stamp. Reports an error if not.
+pub(crate) fn stamp(
+    library: &Library,
+    ty: &Type,
+    annotation: &Annotation,
+    found: &mut Diagnostics,
+) -> bool {
+    // The members of a struct that is declared later are not known yet: chains check them.
+    let can_be = match library.resolved(ty) {
+        Type::Primitive(Primitive::I64 | Primitive::U64) => true,
+        Type::Named(id) => matches!(library.ty(*id).kind, TypeDeclKind::Struct(_)),
+        _ => false,
+    };
+    if !can_be {
+        let message =
+            "`@stamp` requires a `long`, a `uint64`, or a struct of seconds and nanoseconds";
+        found.push(Diagnostic::error(
+            "bad-stamp",
+            annotation.name.span,
+            message,
+        ));
+    }
+    can_be
+}
+
 fn is_less(a: &Literal, b: &Literal) -> bool {
     let both = a.number().zip(b.number());
     both.is_some_and(|(a, b)| a < b)

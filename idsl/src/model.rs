@@ -131,6 +131,8 @@ pub struct Member {
     pub ty: Type,
     /// `@optional`
     pub optional: bool,
+    /// `@stamp`: programs outside copy it from what they receive to what they send.
+    pub stamp: bool,
     /// `@unit("m/s")`
     pub unit: Option<String>,
     /// `@dproto("point")`: the data prototype of its type.
@@ -149,6 +151,7 @@ impl Member {
             doc: Vec::new(),
             ty,
             optional: false,
+            stamp: false,
             unit: None,
             prototype: None,
             range: None,

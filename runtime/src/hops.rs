@@ -6,6 +6,7 @@
 use crate::slots::OpenSlot;
 use rc_management::hops::{Hop, Kind, RING, Way, short};
 use rc_middleware::{Header, Reader, RequestBody, now, rpc};
+use rc_vocabulary::Stamp;
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -39,6 +40,7 @@ pub(crate) struct FollowedPair {
     pub(crate) input: Option<FollowedEnd>,
     pub(crate) output: Option<FollowedEnd>,
     pub(crate) way: Way,
+    pub(crate) stamp: Option<Stamp>,
 }
 
 /// An operation of a slot, or of all members of an array.
@@ -209,10 +211,17 @@ impl HopNotes {
     }
 
     /// The handler of a sample begins.
-    pub(crate) fn sample(&self, slot: usize, operation: usize, header: &Header) {
+    pub(crate) fn sample<'b>(
+        &self,
+        slot: usize,
+        operation: usize,
+        header: &Header,
+        body: impl Fn() -> &'b [u8],
+    ) {
         if self.is_on() {
             let sender = short(header.sender);
-            self.begins((slot, operation), sender, header.sequence, header.sent);
+            let sent = |stamp: &Stamp| stamp.read(body()).unwrap_or(0);
+            self.begins((slot, operation), (sender, header), header.sequence, sent);
         }
     }
 
@@ -227,11 +236,18 @@ impl HopNotes {
         let operation = of.operations.iter().position(|o| o.id == operation);
         if let Some(operation) = operation {
             let sender = short(u128::from_be_bytes(id.writer));
-            self.begins((slot, operation), sender, id.sequence, header.sent);
+            // Stamps are those of topics.
+            self.begins((slot, operation), (sender, header), id.sequence, |_| 0);
         }
     }
 
-    fn begins(&self, (slot, operation): (usize, usize), sender: u32, number: u64, sent: u64) {
+    fn begins(
+        &self,
+        (slot, operation): (usize, usize),
+        (sender, header): (u32, &Header),
+        number: u64,
+        stamp: impl Fn(&Stamp) -> u64,
+    ) {
         let local = &mut *self.local.borrow_mut();
         let mut input = None;
         for (at, pair) in local.pairs.iter().enumerate() {
@@ -246,11 +262,15 @@ impl HopNotes {
                 slot,
                 sender,
                 number: number as u32,
-                sent,
+                sent: header.sent,
                 begun: (self.clock)(),
                 is_used: false,
                 is_kept: false,
             });
+            let input = Input {
+                sent: pair.stamp.as_ref().map_or(input.sent, &stamp),
+                ..input
+            };
             match local.last[at].iter_mut().find(|last| last.slot == slot) {
                 Some(last) => {
                     if !last.is_used {
@@ -297,10 +317,17 @@ impl HopNotes {
     }
 
     /// A sample was sent.
-    pub(crate) fn published(&self, slot: usize, operation: usize, header: &Header) {
+    pub(crate) fn published<'b>(
+        &self,
+        slot: usize,
+        operation: usize,
+        header: &Header,
+        body: impl Fn() -> &'b [u8],
+    ) {
         if self.is_on() {
             let is_output = |end: &FollowedEnd| end.is(slot, operation);
-            self.sends(is_output, header.sequence, header.sent);
+            let stamp = |stamp: &Stamp| stamp.read(body()).unwrap_or(0);
+            self.sends(is_output, header.sequence, header.sent, stamp);
         }
     }
 
@@ -318,11 +345,17 @@ impl HopNotes {
         if let Ok((id, operation)) = rpc::open_request(&mut Reader::new(request.begin())) {
             let is_output = |end: &FollowedEnd| end.id == operation && end.slots.contains(&slot);
             let number = number().unwrap_or(id.sequence);
-            self.sends(is_output, number, header.sent);
+            self.sends(is_output, number, header.sent, |_| 0);
         }
     }
 
-    fn sends(&self, is_output: impl Fn(&FollowedEnd) -> bool, number: u64, left: u64) {
+    fn sends(
+        &self,
+        is_output: impl Fn(&FollowedEnd) -> bool,
+        number: u64,
+        left: u64,
+        stamp: impl Fn(&Stamp) -> u64,
+    ) {
         let local = &mut *self.local.borrow_mut();
         for (at, pair) in local.pairs.iter().enumerate() {
             if !pair.output.as_ref().is_some_and(&is_output) {
@@ -335,7 +368,7 @@ impl HopNotes {
                     kind: Kind::Sent,
                     input: 0,
                     output: number as u32,
-                    sent: 0,
+                    sent: pair.stamp.as_ref().map_or(0, &stamp),
                     begun: left,
                     used: left,
                     left,
@@ -402,186 +435,4 @@ impl HopNotes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::cell::Cell;
-
-    thread_local! {
-        static TIME: Cell<u64> = const { Cell::new(0) };
-    }
-
-    fn notes(pairs: Vec<FollowedPair>) -> (HopNotes, Vec<Vec<u32>>) {
-        let notes = HopNotes {
-            clock: || TIME.get(),
-            ..HopNotes::new(Arc::default())
-        };
-        notes.opened(3, 0, &[77]);
-        notes.opened(4, ALL_OPERATIONS, &[78]);
-        let senders = notes.shared.follow(pairs);
-        (notes, senders)
-    }
-
-    fn end(slot: usize) -> FollowedEnd {
-        FollowedEnd {
-            slots: vec![slot],
-            operation: 0,
-            id: 5,
-        }
-    }
-
-    fn pair(way: Way) -> FollowedPair {
-        FollowedPair {
-            input: Some(end(1)),
-            output: Some(end(3)),
-            way,
-        }
-    }
-
-    fn header(sequence: u64, sent: u64) -> Header {
-        Header {
-            sequence,
-            sent,
-            sender: 7,
-            ..Header::default()
-        }
-    }
-
-    /// Kind, input, output and times of a note.
-    fn taken(notes: &HopNotes) -> Vec<(Kind, u32, u32, [u64; 4])> {
-        let (hops, overwritten) = notes.shared.take();
-        assert_eq!(overwritten, 0);
-        let hops = hops.iter();
-        hops.map(|hop| {
-            let times = [hop.sent, hop.begun, hop.used, hop.left];
-            (hop.kind, hop.input, hop.output, times)
-        })
-        .collect()
-    }
-
-    #[test]
-    fn a_handler_that_sends_is_one_hop_with_its_four_times() {
-        let (notes, senders) = notes(vec![pair(Way::Handler)]);
-        assert_eq!(senders, [vec![short(77)]]);
-        TIME.set(20);
-        notes.sample(1, 0, &header(4, 10));
-        TIME.set(25);
-        notes.published(3, 0, &header(9, 25));
-        notes.handled();
-        assert_eq!(taken(&notes), [(Kind::Sent, 4, 9, [10, 20, 20, 25])]);
-        // Other slots and operations are not followed, nor are outputs outside of the handler.
-        notes.sample(2, 0, &header(5, 30));
-        notes.published(3, 0, &header(10, 31));
-        notes.handled();
-        notes.published(3, 1, &header(1, 31));
-        notes.begin();
-        notes.published(3, 0, &header(11, 32));
-        notes.end(true);
-        assert_eq!(taken(&notes), []);
-        // A handler that sends nothing ends the message.
-        notes.sample(1, 0, &header(5, 30));
-        TIME.set(40);
-        notes.handled();
-        assert_eq!(taken(&notes), [(Kind::Ended, 5, 0, [30, 25, 25, 40])]);
-    }
-
-    #[test]
-    fn compute_uses_the_newest_message_and_may_use_it_again() {
-        let (notes, _) = notes(vec![pair(Way::Compute)]);
-        for (number, at) in [(1, 10), (2, 20)] {
-            TIME.set(at);
-            notes.sample(1, 0, &header(number, at - 5));
-            notes.handled();
-        }
-        let compute = |at: u64, sends: Option<u64>| {
-            TIME.set(at);
-            notes.begin();
-            if let Some(number) = sends {
-                notes.published(3, 0, &header(number, at + 3));
-            }
-            TIME.set(at + 4);
-            notes.end(true);
-        };
-        compute(30, None);
-        compute(40, None);
-        compute(50, Some(8));
-        compute(60, Some(9));
-        let expected = [
-            (Kind::Replaced, 1, 0, [5, 10, 10, 20]),
-            (Kind::Kept, 2, 0, [15, 20, 20, 34]),
-            (Kind::Sent, 2, 8, [15, 20, 50, 53]),
-            (Kind::Sent, 2, 9, [15, 20, 60, 63]),
-        ];
-        assert_eq!(taken(&notes), expected);
-        // Outputs of the handler of another message do not result from it.
-        notes.sample(1, 0, &header(3, 70));
-        notes.handled();
-        let other = vec![
-            pair(Way::Compute),
-            FollowedPair {
-                input: Some(end(2)),
-                ..pair(Way::Handler)
-            },
-        ];
-        notes.shared.follow(other);
-        notes.sample(1, 0, &header(3, 70));
-        notes.handled();
-        notes.sample(2, 0, &header(6, 71));
-        notes.published(3, 0, &header(10, 72));
-        notes.handled();
-        let hops = taken(&notes);
-        assert_eq!(hops.iter().map(|hop| hop.1).collect::<Vec<_>>(), [6]);
-    }
-
-    #[test]
-    fn beginnings_ends_and_calls_are_noted() {
-        let source = FollowedPair {
-            input: None,
-            output: Some(end(4)),
-            way: Way::Any,
-        };
-        let sink = FollowedPair {
-            output: None,
-            ..pair(Way::Handler)
-        };
-        let (notes, senders) = notes(vec![source, sink]);
-        assert_eq!(senders, [vec![short(78)], vec![]]);
-        let id = rpc::RequestId {
-            writer: [1; 16],
-            sequence: 12,
-        };
-        for operation in [5, 6] {
-            let mut writer = rc_middleware::Writer::default();
-            rpc::begin_request(&mut writer, id, operation);
-            notes.called(4, &header(12, 100), &writer.into_bytes(), || None);
-        }
-        TIME.set(110);
-        notes.sample(1, 0, &header(2, 105));
-        TIME.set(120);
-        notes.handled();
-        let expected = [
-            (Kind::Sent, 0, 12, [0, 100, 100, 100]),
-            (Kind::Ended, 2, 0, [105, 110, 110, 120]),
-        ];
-        assert_eq!(taken(&notes), expected);
-    }
-
-    #[test]
-    fn the_ring_keeps_the_newest_and_counts_the_others() {
-        let (notes, _) = notes(vec![pair(Way::Handler)]);
-        // A second of the fastest sender, of which nothing is taken.
-        let many = 100_000;
-        for number in 1..=many {
-            notes.sample(1, 0, &header(number, 1));
-            notes.handled();
-        }
-        let (hops, overwritten) = notes.shared.take();
-        assert_eq!((hops.len(), overwritten), (RING, many - RING as u64));
-        assert_eq!(hops.back().map(|hop| hop.input), Some(many as u32));
-        assert_eq!(notes.shared.take().1, 0);
-        // Without a follower, it notes nothing.
-        notes.shared.follow(Vec::new());
-        notes.sample(1, 0, &header(1, 1));
-        notes.handled();
-        assert!(!notes.is_on() && notes.shared.take().0.is_empty());
-    }
-}
+mod tests;

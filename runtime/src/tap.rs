@@ -267,7 +267,8 @@ impl Publisher for TappedPublisher {
     fn publish(&mut self, header: Header, body: &[u8]) -> Result<(), SendError> {
         let kind = Self::kind(self.operation);
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
-        self.hops.published(self.slot, self.operation, &header);
+        self.hops
+            .published(self.slot, self.operation, &header, || body);
         self.port.publish(header, body)
     }
 
@@ -282,7 +283,8 @@ impl Publisher for TappedPublisher {
             self.taps
                 .copy(self.slot, kind, header, Profile::Rpc, encoded);
         }
-        self.hops.published(self.slot, self.operation, &header);
+        self.hops
+            .published(self.slot, self.operation, &header, || body.bytes());
         self.port.publish_value(header, body)
     }
 
@@ -317,7 +319,8 @@ impl Publisher for TappedPublisher {
     ) -> Result<(), SendError> {
         let (kind, body) = (Self::kind(self.operation), loan.memory());
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
-        self.hops.published(self.slot, self.operation, &header);
+        self.hops
+            .published(self.slot, self.operation, &header, || body);
         self.port.send_lent(loan, header, encode)
     }
 
@@ -363,7 +366,8 @@ impl TappedLoan<'_> {
         let kind = TappedPublisher::kind(self.operation);
         let body = self.loan.memory();
         self.taps.copy(self.slot, kind, header, Profile::Rpc, body);
-        self.hops.published(self.slot, self.operation, &header);
+        self.hops
+            .published(self.slot, self.operation, &header, || body);
     }
 }
 

@@ -124,6 +124,7 @@ impl ToolRequests {
                     .map(|end| self.found(end))
                     .transpose()?,
                 way: pair.way,
+                stamp: pair.stamp.clone(),
             })
         });
         let pairs: Vec<FollowedPair> = pairs.collect::<Result<_, Error>>()?;

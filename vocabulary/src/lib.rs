@@ -22,6 +22,7 @@
 //! - [`Restart`]: when a component restarts.
 //! - [`Role`]: the ends of a connection.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
+//! - [`Stamp`]: where a message has a time that programs outside copy.
 //! - [`Type`]: types where they are used, over any form of names.
 //! - [`WORLD_SLOTS`]: the topics by which the replicas of a world meet.
 
@@ -44,6 +45,7 @@ mod restart;
 mod role;
 pub mod ros;
 mod scalar;
+mod stamp;
 mod target;
 mod types;
 mod value;
@@ -63,6 +65,7 @@ pub use primitive::{Class, Primitive};
 pub use restart::{Restart, RestartPolicy};
 pub use role::Role;
 pub use scalar::Scalar;
+pub use stamp::{Skip, Stamp, StampOf};
 pub use types::Type;
 pub use value::Value;
 pub use word::listed;

@@ -5,10 +5,12 @@ mod flow;
 mod freshness;
 mod report;
 mod search;
+mod stamp;
 
 use crate::bounds::{Cost, Way};
 pub(crate) use check::check;
 pub(crate) use freshness::check as check_freshness;
+use rc_vocabulary::Stamp;
 pub use report::{ChainReport, HopReport};
 use std::time::Duration;
 
@@ -43,6 +45,37 @@ pub struct Path {
     pub sent: Option<Port>,
 }
 
+/// Where the longest time of a message on its way is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TransportFrom {
+    /// The chain declares it.
+    Declared,
+    /// `rcdeploy transport` measured it on this machine.
+    Measured,
+    /// Nobody knows it: [`ASSUMED_TRANSPORT`].
+    Assumed,
+}
+
+/// Programs outside of the network, which send one message for another one with the same stamp.
+#[derive(Clone, Debug)]
+pub(crate) struct OutsideLink {
+    /// The message that they receive.
+    pub(crate) from: Port,
+    /// The message that they send.
+    pub(crate) to: Port,
+    /// The longest time from sending the one to receiving the other.
+    pub(crate) within: u64,
+    /// Where the stamps of both are.
+    pub(crate) stamps: [Stamp; 2],
+}
+
+impl OutsideLink {
+    /// Whether this is a message of a chain.
+    pub(crate) fn is(&self, link: &Link) -> bool {
+        link.from == Some(self.from) && link.to == self.to
+    }
+}
+
 /// A chain that the network has, with its worst case.
 #[derive(Clone, Debug)]
 pub struct CheckedChain {
@@ -50,6 +83,10 @@ pub struct CheckedChain {
     pub declared: usize,
     /// The messages.
     pub path: Path,
+    /// What programs outside of the network do on its way.
+    pub(crate) outside: Vec<OutsideLink>,
+    /// Where the time on the way of each link is from.
+    pub(crate) transports: Vec<TransportFrom>,
     /// The longest time of each link. `None`: there is no bound.
     pub costs: Option<Vec<Cost>>,
     /// The age of the oldest data in any effect. `None`: there is no bound.
@@ -74,7 +111,7 @@ impl CheckedChain {
 /// The budget of a handler or of `compute()` whose file names none: a tenth of the period, at most
 /// this.
 pub const ASSUMED_BUDGET: Duration = Duration::from_millis(1);
-/// The longest time of a message on its way, where a chain does not declare it: between hosts, within
+/// The longest time of a message on its way, where a chain does not declare it and it was not measured: between hosts, within
 /// a host over a middleware of networks, and over shared memory.
 pub const ASSUMED_TRANSPORT: [Duration; 3] = [
     Duration::from_millis(5),

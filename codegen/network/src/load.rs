@@ -28,6 +28,8 @@ pub struct Overrides<'a> {
     pub middleware: Option<Middleware>,
     /// Values of parameters, each as `COMPONENT.PATH=VALUE`.
     pub parameters: &'a [String],
+    /// The longest time of a message over each middleware that was measured on this machine.
+    pub transports: &'a [(Middleware, Duration)],
 }
 
 /// Reads and checks a network. The result is none if the file itself cannot be parsed. Use the
@@ -125,6 +127,7 @@ pub(crate) fn check(
         parameters,
         periods,
         chains: Vec::new(),
+        transports: overrides.transports.to_vec(),
         passed_settings,
         texts,
         files,

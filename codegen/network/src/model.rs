@@ -98,6 +98,8 @@ pub struct Network {
     pub(crate) periods: Vec<Duration>,
     /// The chains that were found, with their worst cases.
     pub chains: Vec<CheckedChain>,
+    /// The longest time of a message over each middleware that was measured on this machine.
+    pub(crate) transports: Vec<(Middleware, Duration)>,
     /// For each instance, the middleware settings that its configuration leaves open.
     pub(crate) passed_settings: Vec<Vec<Setting>>,
     /// For each source file, the instances of the components that it belongs to.

@@ -1,5 +1,6 @@
 //! A chain as the supervisor follows it, as plain data.
 
+use rc_vocabulary::Stamp;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -67,8 +68,20 @@ pub struct PlannedHop {
     pub output: Option<PlannedMessage>,
     /// Where it sends it.
     pub reacts_in: ReactsIn,
+    /// What programs outside of the network do on the way of the input to it.
+    #[serde(default)]
+    pub outside: Option<PlannedOutside>,
     /// The worst case: transport, until `compute()`, and work. `None`: there is no bound.
     pub worst: Option<[Duration; 3]>,
+}
+
+/// Programs outside of the network that send one message for another one, with the same stamp.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlannedOutside {
+    /// The message that they receive.
+    pub sent: PlannedMessage,
+    /// Where the stamp of that message is, and where that of the one that they send.
+    pub stamps: [Stamp; 2],
 }
 
 /// Where a component reacts to a message.

@@ -1,14 +1,16 @@
 //! Makes the plan of a network: processes with all their arguments.
 
 use crate::bounds::Way;
-use crate::chains::{CheckedChain, Port};
+use crate::chains::{CheckedChain, Link, Port};
 use crate::configuration::config;
 use crate::error::{Error, refused};
 use crate::model::Network;
 use crate::network_time;
 use crate::path_values::named_files;
 use crate::plan::{self, Component, Plan};
-use crate::planned_chain::{LateAction, PlannedChain, PlannedHop, PlannedMessage, ReactsIn};
+use crate::planned_chain::{
+    LateAction, PlannedChain, PlannedHop, PlannedMessage, PlannedOutside, ReactsIn,
+};
 use crate::process_name::process_name;
 use crate::profile::Profile;
 use crate::python_copies::HostFiles;
@@ -231,6 +233,7 @@ impl PlannedChain {
                     Way::Handler if is_collected(project, link.to) => ReactsIn::Unknown,
                     Way::Handler => ReactsIn::Handler,
                 },
+                outside: PlannedOutside::of(network, checked, link),
                 worst: cost
                     .map(|cost| [cost.transport, cost.period, cost.work].map(Duration::from_nanos)),
             }
@@ -261,6 +264,17 @@ impl PlannedChain {
             source: source.map(|port| PlannedMessage::of(network, port)),
             hops: hops.collect(),
         }
+    }
+}
+
+impl PlannedOutside {
+    fn of(network: &Network, checked: &CheckedChain, link: &Link) -> Option<Self> {
+        let mut all = checked.outside.iter();
+        let outside = all.find(|of| of.is(link))?;
+        Some(Self {
+            sent: PlannedMessage::of(network, outside.from),
+            stamps: outside.stamps.clone(),
+        })
     }
 }
 

@@ -3,12 +3,13 @@
 use super::{Rule, field_block, fields_by, values};
 use crate::ast::{Chain, ChainField, Late};
 use pest::iterators::Pair;
-use rc_syntax::{Name, ParseContext};
+use rc_syntax::{Literal, Name, ParseContext};
 
-const CHAIN: [(&str, Rule); 7] = [
+const CHAIN: [(&str, Rule); 8] = [
     ("from", Rule::chain_end),
     ("through", Rule::chain_through),
     ("to", Rule::chain_end),
+    ("external", Rule::chain_external),
     ("within", Rule::chain_time),
     ("age", Rule::chain_time),
     ("transport", Rule::chain_time),
@@ -29,6 +30,9 @@ fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainFi
     if pair.as_rule() == Rule::chain_late {
         return chain_late(r, pair).map(ChainField::Late);
     }
+    if pair.as_rule() == Rule::chain_external {
+        return Some(ChainField::Outside(chain_external(r, pair)));
+    }
     let mut points = Vec::new();
     for part in pair.into_inner() {
         match part.as_rule() {
@@ -38,6 +42,29 @@ fn chain_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<ChainFi
         }
     }
     Some(ChainField::Points(points))
+}
+
+fn chain_external(
+    r: &mut ParseContext<'_>,
+    pair: Pair<'_, Rule>,
+) -> Vec<(Vec<Name>, Vec<Name>, Literal)> {
+    let mut all = Vec::new();
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::chain_outside => {
+                let points = part.clone().into_inner();
+                let points = points.filter(|inner| inner.as_rule() == Rule::chain_point);
+                let mut points = points.map(|point| r.texts(point)).collect::<Vec<_>>();
+                let time = values(r, part).into_iter().next();
+                if let (Some(to), Some(from), Some(time)) = (points.pop(), points.pop(), time) {
+                    all.push((from, to, time));
+                }
+            }
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    all
 }
 
 fn chain_late(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Late> {

@@ -4,9 +4,9 @@ use super::Resolver;
 use crate::ast::{self, ChainField};
 use crate::duplicates::check_unique;
 use crate::fields::duration;
-use crate::model::{Chain, ChainPoint, InstanceOrGroup, Late};
+use crate::model::{Chain, ChainPoint, InstanceOrGroup, Late, Outside};
 use rc_diagnostics::{Diagnostic, Span};
-use rc_syntax::Name;
+use rc_syntax::{Literal, Name};
 use rc_vocabulary::member;
 use std::collections::HashMap;
 
@@ -33,7 +33,7 @@ impl Resolver<'_> {
         check_unique(words, "field", &mut self.found);
         let (mut from, mut through, mut to) = (None, Vec::new(), None);
         let (mut within, mut age, mut transport) = (None, None, None);
-        let mut late = None;
+        let (mut late, mut outside) = (None, Vec::new());
         // The first field of a name counts, even if it is wrong.
         for (word, field) in tree.fields.iter().rev() {
             let keyword = word.text.to_lowercase();
@@ -57,6 +57,7 @@ impl Resolver<'_> {
                         _ => transport = time,
                     }
                 }
+                ChainField::Outside(all) => outside = self.outside(all, word, group),
                 ChainField::Late(action) => {
                     late = self.late(action, group).map(|late| (word.span, late));
                 }
@@ -96,11 +97,32 @@ impl Resolver<'_> {
             from: from??,
             through,
             to: to??,
+            outside: outside.into_iter().collect::<Option<_>>()?,
             within,
             age,
             transport,
             late: late.map(|(_, late)| late).unwrap_or_default(),
         })
+    }
+
+    /// What programs outside do. `None` for what has an error.
+    fn outside(
+        &mut self,
+        all: &[(Vec<Name>, Vec<Name>, Literal)],
+        word: &Name,
+        group: Option<usize>,
+    ) -> Vec<Option<Outside>> {
+        let all = all.iter().map(|(from, to, time)| {
+            let from = self.chain_point(from, group, false);
+            let to = self.chain_point(to, group, false);
+            let within = duration(time, word, &mut self.found);
+            Some(Outside {
+                from: from?,
+                to: to?,
+                within: within?,
+            })
+        });
+        all.collect()
     }
 
     /// The action if a chain is late.

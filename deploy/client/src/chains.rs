@@ -139,6 +139,7 @@ fn combined(one: &ChainStatus, other: &ChainStatus, count: fn(u64, u64) -> u64) 
             ended: count(hop.ended, before.ended),
             swapped: count(hop.swapped, before.swapped),
             restarts: count(hop.restarts, before.restarts),
+            restamped: count(hop.restamped, before.restamped),
             ..hop.clone()
         }
     });
@@ -270,6 +271,7 @@ fn row(hop: &HopStatus) -> [String; 9] {
         (hop.replaced, "replaced"),
         (hop.ended, "ended"),
         (hop.swapped, "swapped"),
+        (hop.restamped, "restamped"),
         (hop.restarts, "restarts"),
     ];
     let counts = counts.iter().filter(|(count, _)| *count > 0);

@@ -15,6 +15,7 @@ mod mapping;
 mod mixed;
 mod moving;
 mod moving_world;
+mod outside;
 mod patrol;
 mod placed;
 mod python_elsewhere;

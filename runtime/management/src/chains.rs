@@ -113,6 +113,10 @@ pub struct HopStatus {
     pub swapped: u64,
     /// How often it was started again.
     pub restarts: u64,
+    /// The messages of programs outside that have a stamp of their own, younger than those of all
+    /// messages that they received.
+    #[serde(default)]
+    pub restamped: u64,
 }
 
 /// Times in milliseconds.

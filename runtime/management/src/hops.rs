@@ -6,7 +6,7 @@
 //! the same number.
 
 use crate::observation;
-use rc_vocabulary::foreign;
+use rc_vocabulary::{Stamp, foreign};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The most pairs that are followed in a component.
@@ -27,6 +27,10 @@ pub struct Pair {
     /// How the output follows the input.
     #[serde(default)]
     pub way: Way,
+    /// Where the stamp is of the input; without an input, of the output. Its messages are noted with
+    /// this time as the one at which they were sent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<Stamp>,
 }
 
 /// An operation of a slot.
@@ -91,7 +95,8 @@ pub struct Hop {
     pub input: u32,
     /// The lower half of the number of the output; 0 if nothing was sent.
     pub output: u32,
-    /// When the input was sent, as its header says; 0 if that is unknown.
+    /// When the input was sent, as its header says; 0 if that is unknown. For a pair with a stamp,
+    /// the stamp instead, by any clock.
     pub sent: u64,
     /// When its handler began.
     pub begun: u64,

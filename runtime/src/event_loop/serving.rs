@@ -100,7 +100,7 @@ impl EventLoop<'_> {
                     if idle.is_some() {
                         return;
                     }
-                    hops.sample(slot, *operation, &header);
+                    hops.sample(slot, *operation, &header, || body.memory());
                     let received = receive(*component, of, *operation, header, body);
                     hops.handled();
                     result = received.map_err(Into::into);

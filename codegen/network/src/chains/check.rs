@@ -4,7 +4,7 @@
 use super::flow::{Flow, nanoseconds};
 use super::report::{self, slow_chain, stale_chain};
 use super::search::{self, FoundPaths, Search};
-use super::{ASSUMED_TRANSPORT, CheckedChain, Link, Path, Port};
+use super::{ASSUMED_TRANSPORT, CheckedChain, Link, OutsideLink, Path, Port, TransportFrom};
 use crate::bounds::{self, Arrival, Hop, Rate, Way};
 use crate::model::Network;
 use rc_cdsl::model::Role;
@@ -34,8 +34,9 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) -> Vec<CheckedCh
     }
     check_late_events(network, found);
     let found_chains = chains.iter().enumerate().filter_map(|(declared, chain)| {
-        let path = check.find(chain, found)?;
-        Some(check.bound(declared, chain, path))
+        let outside = check.outside(chain, found)?;
+        let path = check.find(chain, &outside, found)?;
+        Some(check.bound(declared, chain, path, outside))
     });
     let checked: Vec<CheckedChain> = found_chains.collect();
     for chain in &checked {
@@ -104,7 +105,12 @@ pub(crate) struct ChainCheck<'n> {
 }
 
 impl ChainCheck<'_> {
-    fn find(&self, chain: &Chain, found: &mut Diagnostics) -> Option<Path> {
+    fn find(
+        &self,
+        chain: &Chain,
+        outside: &[OutsideLink],
+        found: &mut Diagnostics,
+    ) -> Option<Path> {
         let from = self.port(&chain.from, found);
         let to = self.port(&chain.to, found);
         let through = chain.through.iter();
@@ -122,7 +128,9 @@ impl ChainCheck<'_> {
             found.push(error.help("name another operation after `from` or `to`"));
             return None;
         }
+        let outside: Vec<(Port, Port)> = outside.iter().map(|of| (of.from, of.to)).collect();
         let search = Search {
+            outside: &outside,
             flow: &self.flow,
             from,
             to,
@@ -150,7 +158,7 @@ impl ChainCheck<'_> {
     }
 
     /// The operation that a point of a chain names.
-    fn port(&self, point: &ChainPoint, found: &mut Diagnostics) -> Option<Port> {
+    pub(super) fn port(&self, point: &ChainPoint, found: &mut Diagnostics) -> Option<Port> {
         let (slot_name, name) = point.operation.as_ref()?;
         let component = &self.network.projects[point.instance].as_deref()?.component;
         let path = &self.network.deployment.instances[point.instance].path;
@@ -281,7 +289,19 @@ impl ChainCheck<'_> {
     /// The longest time of a message between two components. A chain may declare that of its own
     /// messages.
     pub(crate) fn transport(&self, chain: Option<&Chain>, from: Option<usize>, to: Port) -> u64 {
-        let declared = chain.and_then(|chain| chain.transport);
+        nanoseconds(self.known_transport(chain, from, to).0)
+    }
+
+    /// The longest time of a message between two components, and where it is from.
+    fn known_transport(
+        &self,
+        chain: Option<&Chain>,
+        from: Option<usize>,
+        to: Port,
+    ) -> (Duration, TransportFrom) {
+        if let Some(declared) = chain.and_then(|chain| chain.transport) {
+            return (declared, TransportFrom::Declared);
+        }
         let [hosts, network, memory] = ASSUMED_TRANSPORT;
         let instances = &self.network.deployment.instances;
         let own = &instances[to.instance];
@@ -291,6 +311,11 @@ impl ChainCheck<'_> {
         let middleware = slot.and_then(|slot| slot.backend).unwrap_or(own.middleware);
         let apart =
             from.is_some_and(|from| self.network.deployment.are_apart(&instances[from], own));
+        let is_here = !apart && self.network.deployment.remote_host(own).is_none();
+        let mut measured = self.network.transports.iter().filter(|_| is_here);
+        if let Some((_, time)) = measured.find(|(of, _)| *of == middleware) {
+            return (*time, TransportFrom::Measured);
+        }
         let assumed = if apart {
             hosts
         } else if middleware.can().joins_machines {
@@ -298,16 +323,15 @@ impl ChainCheck<'_> {
         } else {
             memory
         };
-        declared
-            .unwrap_or(assumed)
-            .as_nanos()
-            .try_into()
-            .unwrap_or(u64::MAX)
+        (assumed, TransportFrom::Assumed)
     }
 
     /// The longest time of the message of a link. A chain that begins where a message is received may
     /// begin with that of any sender.
-    fn of_link(&self, chain: &Chain, link: &Link) -> u64 {
+    fn of_link(&self, chain: &Chain, outside: &[OutsideLink], link: &Link) -> u64 {
+        if let Some(outside) = outside.iter().find(|of| of.is(link)) {
+            return outside.within;
+        }
         if let Some(from) = link.from {
             return self.transport(Some(chain), Some(from.instance), link.to);
         }
@@ -319,8 +343,8 @@ impl ChainCheck<'_> {
 
     /// The longest time of a message, after its own way, until those come with which it is collected:
     /// they may be sent later, and be longer on their way.
-    fn collected(&self, chain: &Chain, link: &Link) -> u64 {
-        let own = self.of_link(chain, link);
+    fn collected(&self, chain: &Chain, outside: &[OutsideLink], link: &Link) -> u64 {
+        let own = self.of_link(chain, outside, link);
         let waits = self.flow.collected(link.to).map(|(ports, within)| {
             let others = ports.iter().filter(|port| **port != link.to);
             let ways = others.flat_map(|port| {
@@ -334,7 +358,12 @@ impl ChainCheck<'_> {
     }
 
     /// The components as the analysis knows them. A declared transport holds for a chain alone.
-    fn analysed(&self, chain: &Chain, path: &Path) -> Vec<bounds::Component> {
+    fn analysed(
+        &self,
+        chain: &Chain,
+        path: &Path,
+        outside: &[OutsideLink],
+    ) -> Vec<bounds::Component> {
         let all = self.flow.components.iter().enumerate();
         let all = all.map(|(at, component)| {
             let handlers = component.handlers.iter().map(|port| {
@@ -352,7 +381,15 @@ impl ChainCheck<'_> {
                             .map(move |rate| Arrival { rate, transport })
                     })
                     .collect();
-                if self.flow.is_external(*port) {
+                // Programs outside send as often as they receive.
+                let outside: Vec<&OutsideLink> =
+                    outside.iter().filter(|of| of.to == *port).collect();
+                for of in &outside {
+                    let rates = self.flow.rates(of.from).into_iter();
+                    let transport = of.within;
+                    arrivals.extend(rates.map(|rate| Arrival { rate, transport }));
+                }
+                if self.flow.is_external(*port) && outside.is_empty() {
                     arrivals.push(Arrival {
                         rate: Rate::Unknown,
                         transport: 0,
@@ -373,8 +410,14 @@ impl ChainCheck<'_> {
         all.collect()
     }
 
-    fn bound(&self, declared: usize, chain: &Chain, path: Path) -> CheckedChain {
-        let components = self.analysed(chain, &path);
+    fn bound(
+        &self,
+        declared: usize,
+        chain: &Chain,
+        path: Path,
+        outside: Vec<OutsideLink>,
+    ) -> CheckedChain {
+        let components = self.analysed(chain, &path, &outside);
         let loads = bounds::loads(&components);
         let hops = |oldest: bool| -> Vec<Hop> {
             let links = path.links.iter().zip(1..);
@@ -391,8 +434,8 @@ impl ChainCheck<'_> {
                         component: link.to.instance,
                         handler: self.flow.handler(link.to),
                         way,
-                        transport: self.of_link(chain, link),
-                        collected: self.collected(chain, link),
+                        transport: self.of_link(chain, &outside, link),
+                        collected: self.collected(chain, &outside, link),
                     }
                 })
                 .collect()
@@ -410,6 +453,14 @@ impl ChainCheck<'_> {
             let gaps = rates.filter_map(|rate| bounds::gap(rate, &components, &loads));
             gaps.min()
         });
+        let transports = path.links.iter().map(|link| {
+            if outside.iter().any(|of| of.is(link)) {
+                return TransportFrom::Declared;
+            }
+            let from = link.from.map(|from| from.instance);
+            self.known_transport(Some(chain), from, link.to).1
+        });
+        let transports = transports.collect();
         let costs = bounds::costs(&hops(false), &components, &loads);
         let oldest = bounds::age(&hops(true), gap, &components, &loads);
         let mut assumed: Vec<usize> = Vec::new();
@@ -447,6 +498,8 @@ impl ChainCheck<'_> {
             oldest: oldest.map(Duration::from_nanos),
             assumed,
             path,
+            outside,
+            transports,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Chains for people: which hop costs what, and what helps.
 
-use super::{CheckedChain, Port};
+use super::{CheckedChain, Port, TransportFrom};
 use crate::bounds::{Cost, Way};
 use crate::model::Network;
 use rc_diagnostics::Diagnostic;
@@ -125,9 +125,18 @@ fn advice(network: &Network, checked: &CheckedChain, costs: &[Cost]) -> String {
             "{cost} of them is the work of {component}, whose budgets are assumed: declare them in its `reactions`"
         ),
         1 => format!("{cost} of them is the work of {component}: shorten its budgets"),
-        _ => format!(
-            "{cost} of them is the way of a message to {component}: declare `transport` if it is less"
-        ),
+        _ => {
+            let mut links = checked.path.links.iter().zip(&checked.transports);
+            let from = links
+                .find(|(link, _)| link.to == port)
+                .map(|(_, from)| from);
+            let advice = match from {
+                Some(TransportFrom::Declared) => "which the network declares",
+                Some(TransportFrom::Measured) => "as measured on this machine",
+                _ => "which is assumed: measure it with `rcdeploy transport`, or declare it",
+            };
+            format!("{cost} of them is the way of a message to {component}, {advice}")
+        }
     }
 }
 
@@ -207,7 +216,6 @@ impl ChainReport {
 
 /// The assumptions behind the worst case of a chain.
 fn notes(network: &Network, checked: &CheckedChain) -> Vec<String> {
-    let chain = &network.deployment.chains[checked.declared];
     let names = |all: Vec<usize>| {
         let names = all
             .iter()
@@ -231,8 +239,26 @@ fn notes(network: &Network, checked: &CheckedChain) -> Vec<String> {
             names(checked.assumed.clone())
         ));
     }
-    if chain.transport.is_none() {
+    let is_from = |from: TransportFrom| checked.transports.contains(&from);
+    if is_from(TransportFrom::Measured) {
+        let but = if is_from(TransportFrom::Assumed) {
+            ", and assumed where it was not"
+        } else {
+            ""
+        };
+        notes.push(format!("transport is measured on this machine{but}"));
+    } else if is_from(TransportFrom::Assumed) {
         notes.push("transport is assumed".to_owned());
+    }
+    for outside in &checked.outside {
+        if checked.path.links.iter().any(|link| outside.is(link)) {
+            notes.push(format!(
+                "programs outside send {} for {} within {}",
+                network.port_name(outside.to),
+                network.port_name(outside.from),
+                of(outside.within)
+            ));
+        }
     }
     let simulated = on(&|at| network.clocks[at].kind != "system");
     if !simulated.is_empty() {

@@ -17,6 +17,8 @@ pub(super) struct Search<'a> {
     pub(super) flow: &'a Flow,
     pub(super) from: Port,
     pub(super) to: Port,
+    /// Messages that programs outside of the network send, each after the one that they receive.
+    pub(super) outside: &'a [(Port, Port)],
     /// The components that a way passes in this order, maybe with the message there.
     pub(super) through: &'a [(usize, Option<Port>)],
 }
@@ -84,10 +86,17 @@ impl Search<'_> {
         match self.flow.direction(self.from) {
             Direction::In => vec![(None, self.from)],
             Direction::Out => {
-                let receivers = self.flow.receivers(self.from).iter();
-                receivers.map(|to| (Some(self.from), *to)).collect()
+                let receivers = self.receivers(self.from);
+                receivers.map(|to| (Some(self.from), to)).collect()
             }
         }
+    }
+
+    /// The receivers of a message, and those of what programs outside send for it.
+    fn receivers(&self, from: Port) -> impl Iterator<Item = Port> {
+        let outside = self.outside.iter().filter(move |(sent, _)| *sent == from);
+        let own = self.flow.receivers(from).iter().copied();
+        own.chain(outside.map(|(_, to)| *to))
     }
 
     /// The receiving ports from which messages lead to the end.
@@ -99,7 +108,9 @@ impl Search<'_> {
         };
         while let Some(port) = left.pop() {
             if useful.insert(port) {
+                let outside = self.outside.iter().filter(|(_, to)| *to == port);
                 let senders = self.flow.senders(port).iter();
+                let senders = senders.chain(outside.map(|(from, _)| from));
                 left.extend(senders.flat_map(|sender| self.causes(*sender)));
             }
         }
@@ -143,8 +154,8 @@ impl Search<'_> {
             if sent == self.to {
                 self.arrive(Some(sent), state);
             } else {
-                for next in self.flow.receivers(sent) {
-                    self.follow(Some(sent), *next, useful, state);
+                for next in self.receivers(sent) {
+                    self.follow(Some(sent), next, useful, state);
                 }
             }
             state.links.pop();
@@ -194,15 +205,15 @@ impl Search<'_> {
                 if !sent.insert(effect) {
                     continue;
                 }
-                let receivers = self.flow.receivers(effect);
-                if receivers.is_empty() {
+                let known = left.len();
+                left.extend(self.receivers(effect));
+                if left.len() == known {
                     loose.push(effect);
                 }
-                left.extend(receivers);
             }
         }
         if self.flow.direction(self.from) == Direction::Out
-            && self.flow.receivers(self.from).is_empty()
+            && self.receivers(self.from).next().is_none()
         {
             loose.push(self.from);
         }

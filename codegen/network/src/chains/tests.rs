@@ -15,11 +15,26 @@ module Parts
     interface ScanPub { void newScan(int number); void bumped(int number); };
     interface Drive { void setSpeed(float speed); };
     interface Level { float level(); };
+    struct Time { int sec; uint32 nanosec; };
+    struct Header { @stamp Time stamp; string frame; };
+    struct Mark { string name; bool seen; sequence<double> at; Header header; };
+    interface MarkPub { void found(Mark mark); void lost(int number); void several(sequence<Mark> marks); };
 };
 ";
 
 /// The components: communications, and what stands behind `language`.
-const COMPONENTS: [(&str, &str, &str); 16] = [
+const COMPONENTS: [(&str, &str, &str); 19] = [
+    (
+        "finder",
+        "publishes MarkPub(ros2) as said;",
+        "period 50ms; reactions { compute -> said.found, said.lost, said.several budget 2ms; };",
+    ),
+    (
+        "grasper",
+        "subscribesTo MarkPub(ros2) as heard; requires Drive;",
+        "period 10ms; reactions { heard.found -> setSpeed budget 1ms; compute budget 1ms; };",
+    ),
+    ("near", "publishes MarkPub as said;", "period 50ms;"),
     (
         "lidar",
         "publishes ScanPub;",
@@ -380,4 +395,59 @@ fn deadlines_that_are_shorter_than_a_period() {
             net.ddsl:1:68: warning[missed-deadline]: each sample of `strict.one.newScan` misses its deadline: it comes every 50ms, and the deadline is 40ms; here at timed.cdsl:3:30 (lengthen `deadline` to 50ms, or shorten the period of `timed`)
         "#]],
     );
+}
+
+/// Messages go through programs outside where the network says so, and their stamps have a place.
+#[test]
+fn a_chain_passes_programs_outside() {
+    let chain = |outside: &str| {
+        format!(
+            "external finder.said at \"a\"; external grasper.heard at \"b\";\n\
+             Chain grasp {{ from finder.said.found; to base.Drive.setSpeed; within 40ms; {outside} }};"
+        )
+    };
+    let plan = check(
+        "finder grasper base",
+        &chain("external finder.said.found -> grasper.heard.found within 30ms;"),
+        &expect![[r#"
+            net.ddsl:3:7: warning[slow-chain]: chain `grasp` takes 1 ms in the worst case
+        "#]],
+    );
+    expect![[r#"
+    "#]]
+    .assert_eq(&plan);
+    for (outside, expected) in [
+        (
+            "",
+            expect![[r#"
+            "#]],
+        ),
+        (
+            "external finder.said.lost -> grasper.heard.found within 30ms;",
+            expect![[r#"
+            "#]],
+        ),
+        (
+            "external finder.said.several -> grasper.heard.found within 30ms;",
+            expect![[r#"
+            "#]],
+        ),
+        (
+            "external grasper.heard.found -> base.Drive.setSpeed within 30ms;",
+            expect![[r#"
+            "#]],
+        ),
+        (
+            "external near.said.found -> grasper.heard.found within 30ms;",
+            expect![[r#"
+            "#]],
+        ),
+        (
+            "external finder.said.found -> grasper.heard.fond within 30ms;",
+            expect![[r#"
+            "#]],
+        ),
+    ] {
+        check("finder grasper base near", &chain(outside), &expected);
+    }
 }

@@ -32,6 +32,8 @@ const MOST_TIMES: usize = 3 << 16;
 pub(super) enum Part {
     /// Its output begins the chain.
     Source,
+    /// Its output goes to programs outside, before the hop with this number.
+    Stamps(usize),
     /// It is the hop with this number.
     Hop(usize),
 }
@@ -90,6 +92,8 @@ pub(super) struct Collector {
 struct Places {
     source: Option<(usize, usize)>,
     hops: Vec<(usize, usize)>,
+    /// The messages to programs outside, each with the number of the hop behind them.
+    stamps: Vec<(usize, (usize, usize))>,
 }
 
 fn signed(ns: u64) -> i64 {
@@ -132,10 +136,24 @@ fn pairs_of(plan: &Plan) -> (Vec<(String, Vec<Pair>)>, Vec<Places>) {
                 input: None,
                 output: Some(message(source)),
                 way: Way::Any,
+                stamp: None,
             };
             place(&source.component, pair)
         });
+        let outside = chain.hops.iter().enumerate();
+        let outside = outside.filter_map(|(hop, planned)| Some((hop, planned.outside.as_ref()?)));
+        let stamps = outside.map(|(hop, outside)| {
+            let pair = Pair {
+                input: None,
+                output: Some(message(&outside.sent)),
+                way: Way::Any,
+                stamp: Some(outside.stamps[0].clone()),
+            };
+            (hop, place(&outside.sent.component, pair))
+        });
+        let stamps = stamps.collect();
         let hops = chain.hops.iter().map(|planned| {
+            let outside = planned.outside.as_ref();
             let pair = Pair {
                 input: Some(message(&planned.input)),
                 output: planned.output.as_ref().map(message),
@@ -144,11 +162,16 @@ fn pairs_of(plan: &Plan) -> (Vec<(String, Vec<Pair>)>, Vec<Places>) {
                     ReactsIn::Compute => Way::Compute,
                     ReactsIn::Unknown => Way::Any,
                 },
+                stamp: outside.map(|outside| outside.stamps[1].clone()),
             };
             place(&planned.input.component, pair)
         });
         let hops = hops.collect();
-        Places { source, hops }
+        Places {
+            source,
+            hops,
+            stamps,
+        }
     });
     let places = places.collect();
     (components, places)
@@ -282,6 +305,9 @@ impl Collector {
             if let Some((at, pair)) = places.source {
                 components[at].parts[pair].push((number, Part::Source));
             }
+            for (hop, (at, pair)) in &places.stamps {
+                components[*at].parts[*pair].push((number, Part::Stamps(*hop)));
+            }
             for (hop, (at, pair)) in places.hops.iter().enumerate() {
                 components[*at].parts[*pair].push((number, Part::Hop(hop)));
             }
@@ -356,6 +382,7 @@ impl Collector {
                 let next = match part {
                     Part::Source => 0,
                     Part::Hop(hop) => hop + 1,
+                    Part::Stamps(_) => continue,
                 };
                 joiner.set_senders(next, senders);
                 if let (Part::Hop(hop), true) = (part, is_restart) {
@@ -401,6 +428,7 @@ impl Collector {
                 input,
                 output,
                 sent: if hop.sent == 0 { 0 } else { here(hop.sent) },
+                stamp: hop.sent,
                 begun: here(hop.begun),
                 used: here(hop.used),
                 left: here(hop.left),
@@ -410,6 +438,7 @@ impl Collector {
                 let joiner = &mut self.joiners[*chain];
                 match part {
                     Part::Source => joiner.begin(own, output, noted.left),
+                    Part::Stamps(hop) => joiner.stamped(*hop, (own, output), &noted),
                     Part::Hop(hop) => joiner.add(*hop, noted, own),
                 }
             }

@@ -29,6 +29,8 @@ pub(super) struct JoinedHop {
     pub(super) output: u32,
     /// When the input was sent, as its header says.
     pub(super) sent: i64,
+    /// The stamp of the message, if its pair has one.
+    pub(super) stamp: u64,
     pub(super) begun: i64,
     pub(super) used: i64,
     pub(super) left: i64,
@@ -81,6 +83,23 @@ struct Open {
     is_used: bool,
 }
 
+/// The stamps of messages to programs outside.
+#[derive(Debug, Default)]
+struct Stamps {
+    keys: HashMap<u64, Key>,
+    /// When each was sent, in this order.
+    order: VecDeque<(i64, u64)>,
+}
+
+impl Stamps {
+    /// Whether a stamp is younger than that of the newest message which was sent until then.
+    fn are_older_than(&self, stamp: u64, until: i64) -> bool {
+        let mut newest = self.order.iter().rev();
+        let newest = newest.find(|(left, _)| *left <= until);
+        newest.is_some_and(|(_, known)| *known < stamp)
+    }
+}
+
 /// The messages to one component.
 #[derive(Debug, Default)]
 struct Stage {
@@ -92,11 +111,32 @@ struct Stage {
     /// For each identity of a sender, the sender that it belongs to. `None`: any sender begins the
     /// chain.
     senders: Option<HashMap<u32, u32>>,
+    /// Behind programs outside, stamps in place of senders and their numbers.
+    stamps: Option<Stamps>,
     /// The newest message that has arrived from each sender, and its time.
     newest: HashMap<u32, (u32, i64)>,
     /// When the first message was sent after the last one that arrived, and how many were.
     waits_since: Option<i64>,
     waiting: u64,
+}
+
+impl Stage {
+    /// Keeps the records of a message that is not known yet.
+    fn wait(&mut self, noted: JoinedHop) {
+        if self.early.len() < MOST_OPEN {
+            self.early.push_back(noted);
+        }
+    }
+
+    /// Whether a message has a stamp that no message to the programs outside had, and that is younger.
+    fn is_restamped(&self, noted: &JoinedHop) -> bool {
+        let stamps = self.stamps.as_ref();
+        stamps.is_some_and(|stamps| {
+            noted.stamp > 0
+                && !stamps.keys.contains_key(&noted.stamp)
+                && stamps.are_older_than(noted.stamp, noted.begun)
+        })
+    }
 }
 
 /// A condition that holds.
@@ -145,6 +185,7 @@ impl Joiner {
         let has_source = plan.source.is_some();
         let stages = (0..hops).map(|at| Stage {
             senders: (at > 0 || has_source).then(HashMap::new),
+            stamps: plan.hops[at].outside.as_ref().map(|_| Stamps::default()),
             ..Stage::default()
         });
         Self {
@@ -200,6 +241,20 @@ impl Joiner {
         self.send(0, (sender, number), trace, at);
     }
 
+    /// A message with a stamp was sent to the programs outside before the component at `hop`.
+    pub(super) fn stamped(&mut self, hop: usize, key: Key, noted: &JoinedHop) {
+        let Some(stamps) = &mut self.stages[hop].stamps else {
+            return;
+        };
+        stamps.keys.insert(noted.stamp, key);
+        stamps.order.push_back((noted.left, noted.stamp));
+        if stamps.order.len() > MOST_OPEN
+            && let Some((_, oldest)) = stamps.order.pop_front()
+        {
+            stamps.keys.remove(&oldest);
+        }
+    }
+
     /// A message is on its way to the component at `hop`.
     fn send(&mut self, hop: usize, key: Key, trace: Trace, left: i64) {
         let stage = &mut self.stages[hop];
@@ -224,15 +279,21 @@ impl Joiner {
     /// sends.
     pub(super) fn add(&mut self, hop: usize, noted: JoinedHop, own: u32) {
         let stage = &mut self.stages[hop];
-        let sender = match &stage.senders {
-            Some(known) => known.get(&noted.sender).copied(),
-            None => Some(noted.sender),
+        let key = match (&stage.stamps, &stage.senders) {
+            (Some(stamps), _) => match stamps.keys.get(&noted.stamp) {
+                Some(key) => Some(*key),
+                None => return stage.wait(noted),
+            },
+            (None, Some(known)) => known
+                .get(&noted.sender)
+                .map(|sender| (*sender, noted.input)),
+            (None, None) => Some((noted.sender, noted.input)),
         };
         // Others may send this message, too, and are not on the chain.
-        let Some(sender) = sender else {
+        let Some(key) = key else {
             return;
         };
-        let key = (sender, noted.input);
+        let (sender, number) = key;
         if stage.senders.is_none() && !stage.open.contains_key(&key) {
             let at = if noted.sent == 0 {
                 noted.begun
@@ -243,26 +304,23 @@ impl Joiner {
             if noted.left - at > self.patience {
                 return;
             }
-            self.begin(sender, noted.input, at);
+            self.begin(sender, number, at);
         }
         let stage = &mut self.stages[hop];
         let Some(open) = stage.open.get_mut(&key) else {
-            if stage.early.len() < MOST_OPEN {
-                stage.early.push_back(noted);
-            }
-            return;
+            return stage.wait(noted);
         };
         if !open.has_arrived {
             open.has_arrived = true;
             (stage.waits_since, stage.waiting) = (None, 0);
             let newest = stage.newest.entry(sender);
-            let (number, at) = newest.or_insert((noted.input, noted.begun));
+            let (newest, at) = newest.or_insert((number, noted.begun));
             // Numbers have 32 bits, so they may begin again.
-            let is_older = (number.wrapping_sub(noted.input) as i32) > 0;
+            let is_older = (newest.wrapping_sub(number) as i32) > 0;
             if is_older && noted.begun > *at {
                 self.measured.hops[hop].swapped += 1;
             } else if !is_older {
-                (*number, *at) = (noted.input, noted.begun);
+                (*newest, *at) = (number, noted.begun);
             }
         }
         let counts = &mut self.measured.hops[hop];
@@ -422,7 +480,19 @@ impl Joiner {
                     self.measured.hops[hop].lost += 1;
                 }
             }
+            let left = stage.early.iter().filter(|noted| noted.begun < until);
+            let restamped = left.filter(|noted| stage.is_restamped(noted));
+            self.measured.hops[hop].restamped += restamped.count() as u64;
             stage.early.retain(|noted| noted.begun >= until);
+            if let Some(stamps) = &mut stage.stamps {
+                let early = until.saturating_sub(self.patience);
+                while let Some((left, stamp)) = stamps.order.front()
+                    && *left < early
+                {
+                    stamps.keys.remove(stamp);
+                    stamps.order.pop_front();
+                }
+            }
         }
     }
 
@@ -433,13 +503,19 @@ impl Joiner {
         let broken = stages.find_map(|((stage, hop), coverage)| {
             let since = stage.waits_since?;
             let is_broken = stage.waiting > 1 && now - since >= self.broken_after;
-            is_broken.then_some((now - since, hop, coverage))
+            let restamped = stage.early.back().filter(|noted| stage.is_restamped(noted));
+            is_broken.then_some((now - since, hop, coverage, restamped.is_some()))
         });
-        let Some((time, hop, coverage)) = broken else {
+        let Some((time, hop, coverage, is_restamped)) = broken else {
             return;
         };
         let input = &hop.input;
-        let why = if coverage.since.is_some() {
+        let why = if is_restamped {
+            format!(
+                "receives {}.{} with stamps that are younger than those of all messages sent: a program outside does not copy the stamp",
+                input.slot, input.operation
+            )
+        } else if coverage.since.is_some() {
             format!("receives no {}.{}", input.slot, input.operation)
         } else {
             "does not answer".to_owned()

@@ -43,6 +43,7 @@ pub(super) struct HopCounts {
     pub(super) ended: u64,
     pub(super) swapped: u64,
     pub(super) restarts: u64,
+    pub(super) restamped: u64,
     /// The longest sum, way, period and work.
     worst: [i64; 4],
 }
@@ -126,6 +127,7 @@ impl Measured {
                 ended: counts.ended,
                 swapped: counts.swapped,
                 restarts: counts.restarts,
+                restamped: counts.restamped,
             }
         });
         ChainStatus {

@@ -4,6 +4,7 @@ use super::golden::{Golden, text};
 use rc_lifecycle::{LifecycleState, Transition};
 use rc_management::supervisor::ComponentState;
 use rc_management::{component, rpc};
+use rc_vocabulary::{Skip, Stamp, StampOf};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
@@ -126,11 +127,20 @@ pub(crate) fn of_components(golden: &mut Golden) {
                     input: Some(message()),
                     output: None,
                     way: Way::Handler,
+                    stamp: None,
                 },
                 Pair {
                     input: None,
                     output: Some(message()),
                     way: Way::Any,
+                    stamp: Some(Stamp {
+                        before: vec![Skip {
+                            size: 1,
+                            count: 1,
+                            counted: true,
+                        }],
+                        of: StampOf::Seconds,
+                    }),
                 },
             ],
         },

@@ -229,6 +229,7 @@ fn of_supervisors(golden: &mut Golden) {
                 ended: 3,
                 swapped: 4,
                 restarts: 5,
+                restamped: 6,
             }],
             conditions: vec![text("chain-late")],
             traces: vec![rc_management::chains::Trace {

@@ -163,7 +163,12 @@ fn follow(clients: &mut [Client; 2], is_on: bool) -> Result<(), Failure> {
     };
     let pairs = [(None, end(), Way::Any), (end(), None, Way::Handler)];
     for (client, (input, output, way)) in clients.iter_mut().zip(pairs) {
-        let pair = Pair { input, output, way };
+        let pair = Pair {
+            input,
+            output,
+            way,
+            stamp: None,
+        };
         let pairs = if is_on { vec![pair] } else { Vec::new() };
         let _: Following = client.call(&Request::Follow { pairs }, ANSWER)?;
     }

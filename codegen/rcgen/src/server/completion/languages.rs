@@ -27,7 +27,7 @@ impl Completion<'_> {
             };
         }
         if last == "@" {
-            let known = ["optional", "unit", "range", "default", "ros"];
+            let known = ["optional", "unit", "range", "default", "stamp", "ros"];
             return words(known, "An annotation of what follows.");
         }
         if let [.., module, "::"] = context.statement.as_slice() {

@@ -81,7 +81,8 @@ impl Collector<'_> {
         }
         for chain in &network.chains {
             let ends = [&chain.from, &chain.to].into_iter();
-            for point in ends.chain(&chain.through) {
+            let outside = chain.outside.iter().flat_map(|of| [&of.from, &of.to]);
+            for point in ends.chain(&chain.through).chain(outside) {
                 self.chain_point(network, point);
             }
         }

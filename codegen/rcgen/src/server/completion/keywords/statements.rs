@@ -173,6 +173,10 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
             ),
             ("through", "Components that it passes, in this order."),
             ("to", "The message that ends it."),
+            (
+                "external",
+                "What programs outside of the network do: `external camera.Images.image -> tracker.Marks.found within 30ms;`.",
+            ),
             ("within", "The most time from its beginning to its end."),
             ("age", "The most age of the data in its effects."),
             ("transport", "The most time of a message on its way."),
