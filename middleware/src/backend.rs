@@ -373,8 +373,8 @@ pub trait Client {
         None
     }
 
-    /// Whether `sent` of a reply is that of its request less the age of its value, see
-    /// [`Reply::set_age`].
+    /// Whether `sent` of a reply is that of its request less the age of its value, and not before its
+    /// request without an age, see [`Reply::set_age`].
     fn replies_have_ages(&self) -> bool {
         false
     }
