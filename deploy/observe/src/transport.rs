@@ -3,7 +3,8 @@
 use crate::backends::Backends;
 use crate::error::Error;
 use rc_middleware::{
-    Address, Endpoint, Header, Qos, Reliability, RunDirectory, TypeIdentity, now, wait,
+    Address, Endpoint, ExternalType, Header, Qos, Reliability, RunDirectory, TypeIdentity, now,
+    wait,
 };
 use std::collections::BTreeMap;
 use std::os::fd::AsFd as _;
@@ -44,7 +45,13 @@ impl End {
                     depth,
                     ..Qos::PUBLISHER
                 },
-                external_types: Vec::new(),
+                // Nodes of ROS 2 have messages of their own types only.
+                external_types: vec![ExternalType {
+                    slot: "Transport".to_owned(),
+                    operation: "message".to_owned(),
+                    id: 1,
+                    type_name: "std_msgs/msg/String".to_owned(),
+                }],
             },
             middleware,
         })
@@ -63,7 +70,11 @@ pub fn send_transport(network: &str, middleware: &'static str, messages: u32) ->
         }
         std::thread::sleep(PERIOD);
     }
-    let body = vec![7; BYTES];
+    // A string: its length, letters, and the end.
+    let mut body = vec![b'x'; BYTES];
+    let length = u32::try_from(BYTES - 4).unwrap_or_default();
+    body[..4].copy_from_slice(&length.to_le_bytes());
+    body[BYTES - 1] = 0;
     for sequence in 1..=u64::from(WARM_UP) + u64::from(messages) {
         let header = Header {
             type_hash: 1,

@@ -57,7 +57,6 @@ const NETWORK: &str = "Deployment patrol
 {
     Component finder { cdsl \"finder/finder.cdsl\"; };
     Component grasper { cdsl \"grasper/grasper.cdsl\"; };
-    external finder.found at \"found\";
     external grasper.moved at \"moved\";
     Chain grasp
     {
@@ -108,7 +107,12 @@ fn a_chain_passes_a_node_of_rclpy_that_copies_stamps() {
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../middleware/ros2/tests/rclpy");
     node.arg("-B")
         .arg(programs.join("stamps.py"))
-        .args([&site.network, DOMAIN, "found/newPoint", "moved/newPoint"])
+        .args([
+            &site.network,
+            DOMAIN,
+            "finder/found/newPoint",
+            "moved/newPoint",
+        ])
         .env("ROS_DOMAIN_ID", DOMAIN)
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")

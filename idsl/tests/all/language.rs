@@ -382,7 +382,7 @@ fn values_fit_their_types() {
             m.idsl:3:18: error[annotation-arguments]: `@optional` takes no argument
             m.idsl:3:38: error[annotation-arguments]: `@default` takes one value: `@default(0)`
             m.idsl:3:54: warning[unknown-annotation]: unknown annotation `@rnage` (did you mean `range`?)
-            m.idsl:3:75: warning[unknown-annotation]: unknown annotation `@key` (expected one of `unit`, `dproto`, `range`, `default`, `optional`)
+            m.idsl:3:75: warning[unknown-annotation]: unknown annotation `@key` (expected one of `unit`, `dproto`, `range`, `default`, `optional`, `stamp`)
             m.idsl:3:87: error[bad-range]: the limits of `@range` must be numbers of the member's type
         "#]],
     );

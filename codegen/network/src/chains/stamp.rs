@@ -58,15 +58,17 @@ impl ChainCheck<'_> {
         let component = &self.network.projects[port.instance].as_deref()?.component;
         let slot = &component.slots[port.slot];
         if slot.role != role {
-            let (verb, side) = match role {
-                Role::Publishes => ("is not published", "left"),
-                _ => ("is not subscribed to", "right"),
+            let (is_not, help) = match role {
+                Role::Publishes => (
+                    "is not published",
+                    "name a topic left of `->` that the component publishes",
+                ),
+                _ => (
+                    "is not subscribed to",
+                    "name a topic right of `->` that the component subscribes to",
+                ),
             };
-            let help = format!(
-                "name a topic {side} of `->` that the component {}",
-                role.word()
-            );
-            return report(format!("`{name}` {verb}"), &help);
+            return report(format!("`{name}` {is_not}"), help);
         }
         let own = &self.network.deployment.instances[port.instance];
         let middleware = slot.backend.unwrap_or(own.middleware);

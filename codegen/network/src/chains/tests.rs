@@ -402,7 +402,7 @@ fn deadlines_that_are_shorter_than_a_period() {
 fn a_chain_passes_programs_outside() {
     let chain = |outside: &str| {
         format!(
-            "external finder.said at \"a\"; external grasper.heard at \"b\";\n\
+            "external grasper.heard at \"b\";\n\
              Chain grasp {{ from finder.said.found; to base.Drive.setSpeed; within 40ms; {outside} }};"
         )
     };
@@ -410,41 +410,68 @@ fn a_chain_passes_programs_outside() {
         "finder grasper base",
         &chain("external finder.said.found -> grasper.heard.found within 30ms;"),
         &expect![[r#"
-            net.ddsl:3:7: warning[slow-chain]: chain `grasp` takes 1 ms in the worst case
+            net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+            net.ddsl:3:7: warning[slow-chain]: chain `grasp` takes 66.7 ms in the worst case, 26.7 ms more than `within` allows: grasper 65 ms, base 1.7 ms (35 ms of them is the work of grasper, whose budgets are assumed: declare them in its `reactions`)
         "#]],
     );
     expect![[r#"
+        chain grasp: finder.said.found → base.Drive.setSpeed
+            at worst 66.7 ms (within 40 ms); data at most 66.7 ms old
+            grasper.heard.found: 30 ms on the way, 35 ms work
+            base.Drive.setSpeed: 0.2 ms on the way, 1.5 ms work
+            budgets are assumed: grasper
+            transport is assumed
+            programs outside send grasper.heard.found for finder.said.found within 30 ms
     "#]]
     .assert_eq(&plan);
     for (outside, expected) in [
         (
             "",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:7: error[broken-chain]: chain `grasp`: nothing leads from `finder.said.found` to `base.Drive.setSpeed` (`finder.said.found` is connected to nothing)
             "#]],
         ),
         (
             "external finder.said.lost -> grasper.heard.found within 30ms;",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:85: error[bad-chain]: `finder.said.lost` cannot be followed through programs outside: no member of it is marked with `@stamp` (mark the time that they copy with `@stamp`, before everything whose length is not known)
             "#]],
         ),
         (
             "external finder.said.several -> grasper.heard.found within 30ms;",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:85: error[bad-chain]: `finder.said.several` cannot be followed through programs outside: its stamp stands behind `marks`, whose length is not known without its elements (mark the time that they copy with `@stamp`, before everything whose length is not known)
             "#]],
         ),
         (
             "external grasper.heard.found -> base.Drive.setSpeed within 30ms;",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:85: error[bad-chain]: `grasper.heard.found` is not published (name a topic left of `->` that the component publishes)
+                net.ddsl:3:108: error[bad-chain]: `base.Drive.setSpeed` is not subscribed to (name a topic right of `->` that the component subscribes to)
             "#]],
         ),
         (
             "external near.said.found -> grasper.heard.found within 30ms;",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:85: error[bad-chain]: `near.said.found` is on `iceoryx2` (programs outside copy stamps over `dds` and `ros2`: use one of them for this slot)
             "#]],
         ),
         (
             "external finder.said.found -> grasper.heard.fond within 30ms;",
             expect![[r#"
+                net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
+                net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
+                net.ddsl:3:120: error[unknown-operation]: `grasper.heard` has no operation `fond`; its interface at Parts.idsl:9:15 (did you mean `found`?)
             "#]],
         ),
     ] {
