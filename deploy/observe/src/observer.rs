@@ -64,8 +64,6 @@ pub struct Observer {
 struct Feed {
     source: Source,
     gaps: Gaps,
-    /// Messages that the component has not copied, as far as they were counted.
-    dropped: u64,
     /// Dropped messages that are not reported yet.
     lost: u64,
     errors: Vec<String>,
@@ -74,15 +72,26 @@ struct Feed {
 
 enum Source {
     Port(Box<dyn Subscriber>),
-    /// A tapped slot; with an operation, only its samples.
-    Tap(Box<Client>, Option<String>),
+    /// Tapped slots; with an operation, only its samples.
+    Taps(Vec<Tap>, Option<String>),
+}
+
+/// A slot whose component copies its messages.
+struct Tap {
+    client: Box<Client>,
+    /// Messages that the component has not copied, as far as they were counted.
+    dropped: u64,
+    ended: bool,
 }
 
 impl Source {
-    fn descriptor(&self) -> BorrowedFd<'_> {
+    fn descriptors(&self) -> Vec<BorrowedFd<'_>> {
         match self {
-            Self::Port(port) => port.descriptor(),
-            Self::Tap(client, _) => client.as_fd(),
+            Self::Port(port) => vec![port.descriptor()],
+            Self::Taps(taps, _) => {
+                let open = taps.iter().filter(|tap| !tap.ended);
+                open.map(|tap| tap.client.as_fd()).collect()
+            }
         }
     }
 }
@@ -100,30 +109,33 @@ impl Observer {
 
     /// Observes a topic from now on.
     pub fn open(&mut self, topic: &Topic) -> Result<FeedId, Error> {
-        let source = if let Some(end) = copied_by(
-            &topic.middleware,
-            topic.publishers.iter().chain(&topic.subscribers),
-        ) {
-            self.tapped(&end.component, &end.slot, Some(&topic.operation.name))?
-        } else {
+        let ends = copied_by(&topic.middleware, &topic.publishers, &topic.subscribers);
+        if ends.is_empty() {
             let endpoint = receiving(topic)?;
-            Source::Port(self.backends.of(topic)?.subscriber(&endpoint)?)
-        };
-        Ok(self.add(source))
+            let port = self.backends.of(topic)?.subscriber(&endpoint)?;
+            return Ok(self.add(Source::Port(port)));
+        }
+        let taps = ends
+            .iter()
+            .map(|end| self.tapped(&end.component, &end.slot));
+        let (taps, failed): (Vec<_>, Vec<_>) = taps.partition(Result::is_ok);
+        let taps: Vec<Tap> = taps.into_iter().flatten().collect();
+        // A component that is being restarted does not hide the others.
+        if let Some(error) = failed.into_iter().find_map(Result::err)
+            && taps.is_empty()
+        {
+            return Err(error);
+        }
+        Ok(self.add(Source::Taps(taps, Some(topic.operation.name.clone()))))
     }
 
     /// Lets a component copy all messages of a slot: requests and replies, or samples.
     pub fn tap(&mut self, component: &str, slot: &str) -> Result<FeedId, Error> {
-        let source = self.tapped(component, slot, None)?;
-        Ok(self.add(source))
+        let tap = self.tapped(component, slot)?;
+        Ok(self.add(Source::Taps(vec![tap], None)))
     }
 
-    fn tapped(
-        &self,
-        component: &str,
-        slot: &str,
-        operation: Option<&str>,
-    ) -> Result<Source, Error> {
+    fn tapped(&self, component: &str, slot: &str) -> Result<Tap, Error> {
         let mut client = connect(&self.network, component, LIMIT)?;
         let request = Request::Tap {
             slot: slot.to_owned(),
@@ -131,7 +143,11 @@ impl Observer {
         };
         let tapped = client.call(&request, LIMIT);
         let Done {} = tapped.map_err(|error| failed(component, &error))?;
-        Ok(Source::Tap(Box::new(client), operation.map(str::to_owned)))
+        Ok(Tap {
+            client: Box::new(client),
+            dropped: 0,
+            ended: false,
+        })
     }
 
     fn add(&mut self, source: Source) -> FeedId {
@@ -140,7 +156,6 @@ impl Observer {
         let feed = Feed {
             source,
             gaps: Gaps::default(),
-            dropped: 0,
             lost: 0,
             errors: Vec::new(),
             ended: false,
@@ -178,7 +193,7 @@ impl Observer {
     /// The descriptors that are readable when a message may have arrived.
     pub fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let feeds = self.feeds.values().filter(|feed| !feed.ended);
-        feeds.map(|feed| feed.source.descriptor())
+        feeds.flat_map(|feed| feed.source.descriptors())
     }
 
     /// Waits until a message may have arrived, or `others` are readable, at most `limit`.
@@ -209,19 +224,24 @@ impl Observer {
     }
 }
 
-/// The end that has to copy the samples of a topic: those inside a process, or in the shared memory
-/// of another machine.
-fn copied_by<'t>(middleware: &str, ends: impl Iterator<Item = &'t End> + Clone) -> Option<&'t End> {
+/// The ends that have to copy the samples of a topic: those inside a process, or in the shared memory
+/// of another machine. All publishers, or a subscriber if there is none; none if the topic is within reach.
+fn copied_by<'t>(middleware: &str, publishers: &'t [End], subscribers: &'t [End]) -> Vec<&'t End> {
     // Ends on other middlewares of a fan-out are not in the memory.
-    let mut ends = ends.filter(|end| end.meets_over(middleware));
-    if is_inside_process(middleware) {
-        return ends.next();
+    let meets = |end: &&End| end.meets_over(middleware);
+    let publishers: Vec<&End> = publishers.iter().filter(meets).collect();
+    let subscribers: Vec<&End> = subscribers.iter().filter(meets).collect();
+    let is_here = || {
+        let mut all = publishers.iter().chain(&subscribers);
+        all.any(|end| end.host.is_none())
+    };
+    if !is_inside_process(middleware) && (!shares_memory(middleware) || is_here()) {
+        return Vec::new();
     }
-    let is_here = || ends.clone().any(|end| end.host.is_none());
-    if !shares_memory(middleware) || is_here() {
-        return None;
+    if publishers.is_empty() {
+        return subscribers.into_iter().take(1).collect();
     }
-    ends.next()
+    publishers
 }
 
 impl Feed {
@@ -236,30 +256,42 @@ impl Feed {
                 }
                 taken >= TURN
             }
-            Source::Tap(client, operation) => {
-                let (received, is_open) = client.receive();
-                for incoming in received {
-                    let Incoming::Notification(method, params) = incoming else {
-                        continue;
-                    };
-                    match rpc::message(&method, params) {
-                        Ok(Notification::Tapped(tapped)) => {
-                            let lost = newly_lost(&mut self.dropped, tapped.dropped);
-                            hand_over(&tapped, lost, operation.as_deref(), take);
-                        }
-                        Ok(Notification::Dropped { dropped, .. }) => {
-                            self.lost += newly_lost(&mut self.dropped, dropped);
-                        }
-                        Err(_) => {}
-                    }
+            Source::Taps(taps, operation) => {
+                for tap in taps.iter_mut().filter(|tap| !tap.ended) {
+                    self.lost += tap.take(operation.as_deref(), take);
                 }
-                if !is_open && !self.ended {
+                if !self.ended && taps.iter().all(|tap| tap.ended) {
                     self.errors.push("the component has ended".to_owned());
                     self.ended = true;
                 }
                 false
             }
         }
+    }
+}
+
+impl Tap {
+    /// Takes the messages. Returns the number of lost ones that no message reports.
+    fn take(&mut self, operation: Option<&str>, take: &mut dyn FnMut(Observed<'_>)) -> u64 {
+        let mut more_lost = 0;
+        let (received, is_open) = self.client.receive();
+        for incoming in received {
+            let Incoming::Notification(method, params) = incoming else {
+                continue;
+            };
+            match rpc::message(&method, params) {
+                Ok(Notification::Tapped(tapped)) => {
+                    let lost = newly_lost(&mut self.dropped, tapped.dropped);
+                    hand_over(&tapped, lost, operation, take);
+                }
+                Ok(Notification::Dropped { dropped, .. }) => {
+                    more_lost += newly_lost(&mut self.dropped, dropped);
+                }
+                Err(_) => {}
+            }
+        }
+        self.ended = !is_open;
+        more_lost
     }
 }
 
@@ -374,27 +406,24 @@ mod tests {
         let sender = end("a", Some("arm"), &["iceoryx2", "dds"]);
         let there = end("b", Some("arm"), &["iceoryx2"]);
         let here = end("c", None, &["dds"]);
-        let by = |middleware: &str, ends: &[&End]| {
-            let found = copied_by(middleware, ends.iter().copied());
-            found.map(|end| end.component.clone())
+        let other = end("d", Some("arm"), &["iceoryx2"]);
+        let by = |middleware: &str, publishers: &[End], subscribers: &[End]| {
+            let found = copied_by(middleware, publishers, subscribers);
+            let names = found.into_iter().map(|end| end.component.clone());
+            names.collect::<Vec<_>>()
         };
-        assert_eq!(
-            by("iceoryx2", &[&sender, &there, &here]),
-            Some("a".to_owned())
-        );
-        assert_eq!(
-            by("iceoryx2", &[&end("d", None, &["iceoryx2"]), &there]),
-            None
-        );
-        assert_eq!(by("dds", &[&sender, &here]), None);
-        assert_eq!(
-            by("local", &[&end("e", None, &["local"])]),
-            Some("e".to_owned())
-        );
+        let one = std::slice::from_ref;
+        let ends = [there.clone(), here.clone()];
+        assert_eq!(by("iceoryx2", one(&sender), &ends), ["a"]);
+        // Each publisher copies its own samples.
+        let both = [sender.clone(), other];
+        assert_eq!(by("iceoryx2", &both, &ends), ["a", "d"]);
+        assert_eq!(by("iceoryx2", &[], &ends), ["b"]);
+        let near = end("d", None, &["iceoryx2"]);
+        assert!(by("iceoryx2", &[near], one(&there)).is_empty());
+        assert!(by("dds", one(&sender), one(&here)).is_empty());
+        assert_eq!(by("local", &[end("e", None, &["local"])], &[]), ["e"]);
         // The topics of time name none.
-        assert_eq!(
-            by("iceoryx2", &[&end("f", Some("arm"), &[])]),
-            Some("f".to_owned())
-        );
+        assert_eq!(by("iceoryx2", &[end("f", Some("arm"), &[])], &[]), ["f"]);
     }
 }
