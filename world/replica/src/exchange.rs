@@ -10,7 +10,7 @@ use crate::overruled;
 use crate::protocol::between;
 use crate::streams::Sample;
 use crate::token::Token;
-use graph_merge::{Delta, Replica};
+use graph_merge::{Delta, Reason, Replica};
 use property_graph::{Graph, Id, Time};
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -22,6 +22,8 @@ const PATIENCE: Duration = Duration::from_millis(30);
 /// Before that time, a replica has not joined: one that has everything may not have announced
 /// itself yet.
 const JOINING: Duration = Duration::from_millis(2500);
+/// How many edges a replica removes at once: a message holds them.
+const MOST_TIDIED: usize = 256;
 
 impl Core {
     pub(crate) fn take(&mut self) -> Option<Message> {
@@ -339,6 +341,49 @@ impl Core {
         let all = [Some(self.protocol.next_digest), asks, next];
         let next = all.into_iter().flatten().min();
         next.unwrap_or_else(|| now.saturating_add(PERIOD))
+    }
+
+    /// Removes edges that are never shown again, because one replica made them while another one removed an
+    /// end of them: those of its own, and if it is its turn those of writers that have ended.
+    fn tidy(&mut self, graph: &Graph, time: Time) {
+        if !self.tidies || !self.has_joined() || self.conflicts.is_empty() {
+            return;
+        }
+        let own = self.replica.writer();
+        let others: BTreeSet<u64> = self
+            .protocol
+            .peers
+            .live()
+            .map(|(writer, _)| writer)
+            .collect();
+        let is_its_turn = self.is_its_turn();
+        let dangling = self.conflicts.iter().filter(|conflict| {
+            let writer = conflict.id.writer();
+            conflict.reason == Reason::EndRemoved
+                && (writer == own || is_its_turn && !others.contains(&writer))
+        });
+        let gone: BTreeSet<Id> = dangling
+            .map(|conflict| conflict.id)
+            .take(MOST_TIDIED)
+            .collect();
+        if gone.is_empty() {
+            return;
+        }
+        let time = between(time, graph.snapshot().time(), time);
+        let delta = self.replica.recorded(|replica| {
+            for id in &gone {
+                replica.remove(*id)?;
+            }
+            Ok::<_, graph_merge::Error>(())
+        });
+        self.protocol.digests.clear();
+        self.show(graph, time, &gone);
+        match delta {
+            Ok(delta) if delta.records.is_empty() => {}
+            Ok(delta) => self.protocol.send_change(time, delta),
+            // The next digest tells of those before the error.
+            Err(error) => self.protocol.refuse(&error.to_string()),
+        }
     }
 
     /// The work of each second.

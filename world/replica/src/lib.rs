@@ -53,7 +53,6 @@ mod start;
 mod status;
 mod steady;
 mod streams;
-mod tidy;
 mod token;
 mod watch;
 mod wire;
