@@ -81,3 +81,45 @@ impl Newcomers {
         passed.collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graph_language::Schema;
+    use rc_world::{Setup, World};
+    use std::time::Duration;
+
+    fn message() -> Message {
+        let world = World::new(Setup::new("door_finder", Schema::anything().into()));
+        let made = world.change(|edit| {
+            edit.add_node("door")?;
+            Ok(())
+        });
+        made.expect("a sound change");
+        world.take().expect("its message")
+    }
+
+    #[test]
+    fn messages_of_newcomers_wait_for_a_look_that_begins_after_them() {
+        let mut newcomers = Newcomers::default();
+        let pass = |newcomers: &mut Newcomers, sender: u64, bytes: usize| {
+            newcomers.pass(Some(sender), message(), bytes).is_some()
+        };
+        assert!(pass(&mut newcomers, 1, 10));
+        newcomers.hold();
+        assert!(pass(&mut newcomers, 1, 10) && !newcomers.are_new());
+        let before = Instant::now();
+        assert!(!pass(&mut newcomers, 2, 10));
+        assert!(newcomers.are_new() && !newcomers.are_new());
+        assert!(newcomers.accept(before).is_empty());
+        // More than may wait is dropped.
+        for _ in 0..9 {
+            assert!(!pass(&mut newcomers, 2, MOST_HELD / 4));
+        }
+        assert!(!newcomers.are_new());
+        let after = Instant::now() + Duration::from_millis(1);
+        assert_eq!(newcomers.accept(after).len(), 4);
+        assert!(pass(&mut newcomers, 2, 10));
+        assert!(!pass(&mut newcomers, 3, MOST_HELD / 2));
+    }
+}
