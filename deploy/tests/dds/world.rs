@@ -191,6 +191,13 @@ impl Agents<'_> {
         all.then_some(told)
     }
 
+    /// How many agents have made a change.
+    fn changing(&self) -> usize {
+        let files = std::fs::read_dir(self.site.path("agents")).expect("a folder");
+        let files = files.flatten().filter_map(|file| file.metadata().ok());
+        files.filter(|file| file.len() > 0).count()
+    }
+
     /// How many replicas there are.
     fn count(&self) -> usize {
         self.size.agents + usize::from(self.stranger.is_some())
@@ -243,8 +250,8 @@ impl Agents<'_> {
         if let Some(cable) = self.cable {
             lose(cable).expect("to lose packets");
         }
-        Site::until_within(self.size.settles, "all agents tell what they have", || {
-            self.told().is_some()
+        Site::until_within(self.size.settles, "all agents change the world", || {
+            self.changing() >= self.count()
         });
         let seed = std::env::var("RC_WORLD_SEED").ok();
         let seed = seed.and_then(|text| text.parse().ok()).unwrap_or(41);

@@ -193,8 +193,7 @@ def number(value):
 
 
 def text(value):
-    data = value.encode()
-    return number(len(data)) + data
+    return number(len(value.encode())) + value.encode()
 
 
 def name_of(of):
@@ -220,6 +219,12 @@ class Element:
 
 def stamp(step):
     return step.count, step.writer, step.sequence
+
+
+def ends_of(element):
+    """The ends of an edge; nothing for a node."""
+    made = element.made
+    return [(made.of.writer, made.of.count), (made.to.writer, made.to.count)] if made.what == 1 else []
 
 
 def id_of(step):
@@ -314,11 +319,8 @@ class Replica:
         self.follow()
 
     def steps(self, wanted):
-        all_of = []
-        for element in self.elements.values():
-            parts = [element.made, element.removed, *element.attributes.values()]
-            all_of += [step for step in parts if step is not None and wanted(step)]
-        return all_of
+        parts = ([e.made, e.removed, *e.attributes.values()] for e in self.elements.values())
+        return [step for all_of in parts for step in all_of if step is not None and wanted(step)]
 
     def answers(self, since, ranges):
         common, forgotten = (self.writer, keys(self.seen)), keys(self.forgotten)
@@ -346,10 +348,9 @@ class Replica:
                 continue
             made = element.made
             data = bytes([made.what]) + text(made.name)
-            if made.what == 1:
-                for end in ((made.of.writer, made.of.count), (made.to.writer, made.to.count)):
-                    data += name_of(end)
-                    ends[end] = True
+            for end in ends_of(element):
+                data += name_of(end)
+                ends[end] = True
             data += b"".join(map(number, stamp(made)))
             for name in sorted(element.attributes, key=str.encode):
                 step = element.attributes[name]
@@ -389,9 +390,8 @@ class Replica:
         """The nodes, and the edges whose both ends are shown."""
         there = {of: element for of, element in self.elements.items() if self.is_there(of)}
         nodes = {of: element for of, element in there.items() if element.made.what == 0}
-        edges = {of: e for of, e in there.items() if e.made.what == 1}
-        ends = lambda e: ((e.made.of.writer, e.made.of.count), (e.made.to.writer, e.made.to.count))
-        return nodes, {of: ends(e) for of, e in edges.items() if all(end in nodes for end in ends(e))}
+        edges = {of: ends_of(e) for of, e in there.items() if e.made.what == 1}
+        return nodes, {of: ends for of, ends in edges.items() if all(end in nodes for end in ends)}
 
 
 class Stranger:
@@ -414,13 +414,9 @@ class Stranger:
             return kind(member, Topic(member, name, of), qos)
 
         def ends(kind, state, stream):
-            return {
-                "change": end(kind, f"{state}/change", WorldChange, True),
-                "digest": end(kind, f"{state}/digest", WorldDigest, True),
-                "ask": end(kind, f"{state}/ask", WorldAsk, True),
-                "chunk": end(kind, f"{state}/chunk", WorldChunk, True),
-                "samples": end(kind, f"{stream}/samples", WorldSamples, False),
-            }
+            topics = {"change": WorldChange, "digest": WorldDigest, "ask": WorldAsk, "chunk": WorldChunk}
+            all_of = {name: end(kind, f"{state}/{name}", of, True) for name, of in topics.items()}
+            return all_of | {"samples": end(kind, f"{stream}/samples", WorldSamples, False)}
 
         self.readers = ends(DataReader, heard_state, heard_stream)
         self.writers = ends(DataWriter, state, stream)
@@ -558,10 +554,9 @@ class Stranger:
         """Removes its edges of which others have removed an end."""
         replica, gone = self.replica, []
         for of, element in replica.elements.items():
-            if of[0] == replica.writer and replica.is_there(of) and element.made.what == 1:
-                ends = (element.made.of, element.made.to)
-                if any(replica.is_removed((end.writer, end.count)) for end in ends):
-                    gone.append(of)
+            is_own = of[0] == replica.writer and replica.is_there(of)
+            if is_own and any(map(replica.is_removed, ends_of(element))):
+                gone.append(of)
         if gone:
             since = replica.seen.get(replica.writer, 0)
             self.send(since, [self.step(3, of=of) for of in gone])
