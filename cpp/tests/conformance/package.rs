@@ -93,7 +93,13 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     // The linker must not write into a program that runs, which is the same file.
     let linked = build.join(name);
     let _ = std::fs::remove_file(&linked);
-    run(&["--build".as_ref(), build.as_os_str()]);
+    // Not its test, which `ctest` builds for one middleware.
+    run(&[
+        "--build".as_ref(),
+        build.as_os_str(),
+        "--target".as_ref(),
+        name.as_ref(),
+    ]);
     let header = folder.join("generated/description.h");
     let header = std::fs::read_to_string(header).expect("a header");
     let description = header.split("R\"rc_json(").nth(1).expect("a description");
@@ -122,9 +128,17 @@ fn renew(text: &[u8], to: &Path) {
     }
 }
 
-/// Runs the test of a component that was built, by ctest.
+/// Builds the test of a component that was built, and runs it by ctest.
 pub(crate) fn ctest(name: &str) {
     let cmake = cmake::folder(name).expect("it was built before");
+    let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
+    let build = Command::new(cmake.join("cmake"))
+        .arg("--build")
+        .arg(folder(name).join("build"))
+        .args(["--target", &format!("{name}_worker_test")])
+        .output();
+    let build = build.expect("cmake");
+    assert!(build.status.success(), "{build:?}");
     let run = Command::new(cmake.join("ctest"))
         .arg("--output-on-failure")
         .current_dir(folder(name).join("build"))
