@@ -109,7 +109,7 @@ fn uses(line: &str, word: &str) -> bool {
     let mut places = code.match_indices(word);
     places.any(|(at, _)| {
         let before = code[..at].chars().next_back();
-        !before.is_some_and(|c| c.is_ascii_alphanumeric() || c == '_')
+        before.is_none_or(|c| !(c.is_ascii_alphanumeric() || c == '_'))
     })
 }
 

@@ -130,16 +130,13 @@ pub(crate) fn loan(slot: usize, operation: usize) -> Result<(Answer, Bytes), Ans
         Ok(publisher.loan_image(size))
     })?;
     let lent = lent.map_err(|error| Answer::new(NOT_SENT, 0, format!("{error}; {ONE_LOAN}")))?;
-    let (memory, bytes) = match lent {
-        Some(mut sample) => {
-            let bytes = Bytes::writable(sample.memory_mut());
-            (LoanMemory::Lent(Lent::new(sample)), bytes)
-        }
-        None => {
-            let mut own = Aligned::zeros(size);
-            let bytes = Bytes::writable(own.bytes_mut());
-            (LoanMemory::Own(own), bytes)
-        }
+    let (memory, bytes) = if let Some(mut sample) = lent {
+        let bytes = Bytes::writable(sample.memory_mut());
+        (LoanMemory::Lent(Lent::new(sample)), bytes)
+    } else {
+        let mut own = Aligned::zeros(size);
+        let bytes = Bytes::writable(own.bytes_mut());
+        (LoanMemory::Own(own), bytes)
     };
     let number = handles::hold(Held::Loan(Loan {
         slot,
