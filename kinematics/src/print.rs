@@ -1,6 +1,9 @@
 //! Prints the solvers of a cell as code without dependencies.
 
+mod cpp;
 mod inverse;
+
+pub use cpp::cpp;
 
 use crate::ast::Math;
 use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};

@@ -53,6 +53,12 @@ const TAKEN: [&str; 24] = [
     "zip",
 ];
 
+/// Keywords of C++ that no other printed language has, and namespaces.
+const CPP: &str = "and_eq bitand bitor catch co_await co_return co_yield compl concept consteval constexpr \
+constinit const_cast decltype delete dynamic_cast Eigen explicit export friend mutable namespace new noexcept \
+not_eq operator or_eq private protected public reinterpret_cast requires static_cast std template this throw \
+typeid typename using wchar_t xor xor_eq";
+
 /// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
 pub fn load(
@@ -173,7 +179,8 @@ impl<'r> Resolver<'r> {
     /// Printed code cannot have all names.
     fn reserved(&mut self, name: &Name, of: &str) {
         let ends = name.text.ends_with("_result") || name.text.ends_with("Result");
-        if is_reserved(&name.text) || ends || TAKEN.contains(&name.text.as_str()) {
+        let is_of_cpp = CPP.split_whitespace().any(|word| word == name.text);
+        if is_reserved(&name.text) || is_of_cpp || ends || TAKEN.contains(&name.text.as_str()) {
             let message = format!(
                 "`{}` cannot be the name of {of}: printed code has it for something else",
                 name.text

@@ -3,7 +3,9 @@
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
 mod cells;
+mod cpp;
 mod findings;
+mod interpreted;
 mod inverse;
 mod printed;
 

@@ -3,7 +3,7 @@
 //! An algorithm over [`Real`](rc_quantity::Real) that runs over [`Term`]s of a [`Recorder`] records its operations
 //! instead of computing. Equal operations are recorded once; what is known beforehand is computed at
 //! once. [`Recorder::program`] keeps what the results need: a [`Program`], which [`Program::run`]
-//! computes and [`rust`], [`c`] and [`python`] print.
+//! computes and [`rust`], [`c`] and [`python`] print. An [`Interpreter`] computes it without allocation.
 //!
 //! ```
 //! use rc_formula::{Recorder, rust};
@@ -22,10 +22,12 @@
 //! assert!(text.contains("let v1: f64 = f64::sin(v0);"), "{text}");
 //! ```
 
+mod interpreter;
 mod print;
 mod program;
 mod recorder;
 
+pub use interpreter::Interpreter;
 pub use print::{c, is_reserved, python, results, rust};
 pub use program::{NOT_NEGATIVE, Node, Operand, Operation, Program, Rejected, fits};
 pub use recorder::{Recorder, Term};

@@ -38,7 +38,12 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
     );
     assert_eq!(view["inverses"][0]["joints"], serde_json::json!(["turn"]));
     assert_eq!(view["inverses"][0]["mostMotions"], 100);
-    for (to, file) in [("rust", "cell.rs"), ("c", "cell.h"), ("python", "cell.py")] {
+    for (to, file) in [
+        ("rust", "cell.rs"),
+        ("c", "cell.h"),
+        ("cpp", "cell.hpp"),
+        ("python", "cell.py"),
+    ] {
         let export = ["export", "cell.kdsl", "--to", to, "--out", "out"];
         let written = succeeds(path, &export);
         assert!(written.contains(&format!("out/{file}")), "{written}");

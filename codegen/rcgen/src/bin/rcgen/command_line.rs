@@ -152,7 +152,7 @@ pub(crate) enum Command {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
         /// To urdf and gltf an InnerModel file, to dsr, graphml, turtle and graph a graph, to
-        /// rust, c and python the solvers of a robot.
+        /// rust, c, cpp and python the solvers of a robot.
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
@@ -351,7 +351,16 @@ pub(crate) enum SheetForm {
     Json,
 }
 
-/// The languages of printed conversions and solvers.
+/// The languages of printed solvers.
+#[derive(Clone, Copy)]
+pub(crate) enum SolverLanguage {
+    Rust,
+    C,
+    Cpp,
+    Python,
+}
+
+/// The languages of printed conversions.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum PrintedLanguage {
     Rust,
@@ -462,11 +471,12 @@ pub(crate) enum Target {
     Turtle,
     Graph,
     /// Solvers as code.
-    Code(PrintedLanguage),
+    Code(SolverLanguage),
 }
 
-const TARGETS: [&str; 11] = [
-    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "python",
+const TARGETS: [&str; 12] = [
+    "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "cpp",
+    "python",
 ];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
@@ -483,9 +493,10 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "graphml" => Ok(Target::Graphml),
         "turtle" => Ok(Target::Turtle),
         "graph" => Ok(Target::Graph),
-        "rust" => Ok(Target::Code(PrintedLanguage::Rust)),
-        "c" => Ok(Target::Code(PrintedLanguage::C)),
-        "python" => Ok(Target::Code(PrintedLanguage::Python)),
+        "rust" => Ok(Target::Code(SolverLanguage::Rust)),
+        "c" => Ok(Target::Code(SolverLanguage::C)),
+        "cpp" => Ok(Target::Code(SolverLanguage::Cpp)),
+        "python" => Ok(Target::Code(SolverLanguage::Python)),
         "slice" => Err(format!("{text} comes with a later version; {}", there())),
         _ => {
             let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));

@@ -1,6 +1,6 @@
 //! `rcgen export` and `rcgen view` of solvers.
 
-use crate::command_line::{Common, PrintedLanguage};
+use crate::command_line::{Common, SolverLanguage};
 use crate::export::{Request, write};
 use crate::reports::{Failure, print, report, unreadable};
 use rc_codegen::files::Owner;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// Writes the solvers of a file as code.
-pub(crate) fn export(request: &Request<'_>, language: PrintedLanguage) -> Result<(), Failure> {
+pub(crate) fn export(request: &Request<'_>, language: SolverLanguage) -> Result<(), Failure> {
     let file = request.file;
     if file.extension().is_none_or(|ending| ending != "kdsl") {
         let message = format!("{} is not a .kdsl file", file.display());
@@ -19,9 +19,10 @@ pub(crate) fn export(request: &Request<'_>, language: PrintedLanguage) -> Result
     }
     let cell = load(file, request.common)?;
     let (ending, comment, text) = match language {
-        PrintedLanguage::Rust => ("rs", "//", rc_kinematics::rust(&cell)),
-        PrintedLanguage::C => ("h", "//", rc_kinematics::c(&cell)),
-        PrintedLanguage::Python => ("py", "#", rc_kinematics::python(&cell)),
+        SolverLanguage::Rust => ("rs", "//", rc_kinematics::rust(&cell)),
+        SolverLanguage::C => ("h", "//", rc_kinematics::c(&cell)),
+        SolverLanguage::Cpp => ("hpp", "//", rc_kinematics::cpp(&cell)),
+        SolverLanguage::Python => ("py", "#", rc_kinematics::python(&cell)),
     };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let header = export::HEADER;
