@@ -9,8 +9,15 @@ worst = 0.0
 for case in json.load(sys.stdin):
     model = pinocchio.buildModelFromXML(case["urdf"])
     data = model.createData()
+    joints = [model.joints[model.getJointId(name)] for name in case["coordinates"]]
+    root, tool = (model.getFrameId(name, pinocchio.FrameType.BODY) for name in ("base", "tool"))
     for target, positions in case["answers"]:
-        pinocchio.framesForwardKinematics(model, data, numpy.array(positions))
-        root, tool = data.oMf[model.getFrameId("base")], data.oMf[model.getFrameId("tool")]
-        worst = max(worst, abs((root.inverse() * tool).homogeneous - numpy.array(target)).max())
+        q = pinocchio.neutral(model)
+        for joint, value in zip(joints, positions):
+            if joint.nq == 2:  # a continuous joint: cosine and sine
+                q[joint.idx_q : joint.idx_q + 2] = numpy.cos(value), numpy.sin(value)
+            else:
+                q[joint.idx_q] = value
+        pinocchio.framesForwardKinematics(model, data, q)
+        worst = max(worst, abs((data.oMf[root].inverse() * data.oMf[tool]).homogeneous - numpy.array(target)).max())
 print(worst)

@@ -2,12 +2,14 @@
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
+mod arms;
 mod cells;
 mod cpp;
 mod findings;
 mod interpreted;
 mod inverse;
 mod printed;
+mod straight;
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_kinematics::Cell;

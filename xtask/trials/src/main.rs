@@ -19,6 +19,7 @@ mod fresh;
 mod graph;
 mod ice;
 mod innermodel;
+mod kinematics;
 mod languages;
 mod lockstep;
 mod machine;
@@ -75,6 +76,8 @@ fn main() -> ExitCode {
         ["bench", "place", "--smoke"] => place::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
+        ["bench", "kinematics"] => kinematics::run().map_err(|e| e.to_string()),
+        ["soak", "kinematics"] => kinematics::soak().map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
         ["bench", "convert"] => convert::run(false).map_err(|e| e.to_string()),
         ["bench", "convert", "--smoke"] => convert::run(true).map_err(|e| e.to_string()),

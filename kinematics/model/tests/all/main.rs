@@ -1,5 +1,6 @@
 //! Tests of robots.
 
+mod mujoco;
 mod pinocchio;
 mod real;
 mod texts;

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// A robot of a text, which has no errors.
-fn robot(text: &str) -> Robot {
+pub(crate) fn robot(text: &str) -> Robot {
     let mut sources = SourceMap::new();
     let source = sources.add("robot.urdf", text);
     let (robot, found) = rc_robot::read(&sources, source);
@@ -20,7 +20,7 @@ fn robot(text: &str) -> Robot {
     robot
 }
 
-fn numbers<const N: usize>(random: &mut fastrand::Rng, most: f64) -> [f64; N] {
+pub(crate) fn numbers<const N: usize>(random: &mut fastrand::Rng, most: f64) -> [f64; N] {
     [(); N].map(|()| (random.f64() * 2.0 - 1.0) * most)
 }
 
@@ -30,7 +30,7 @@ fn text(numbers: &[f64]) -> String {
 }
 
 /// A tree of links with joints of all kinds. Some follow others.
-fn random_urdf(random: &mut fastrand::Rng, links: usize) -> String {
+pub(crate) fn random_urdf(random: &mut fastrand::Rng, links: usize) -> String {
     let mut out = String::from("<robot name=\"random\">\n");
     let mut leaders: Vec<(usize, &str)> = Vec::new();
     for link in 0..links {
@@ -87,7 +87,7 @@ fn random_urdf(random: &mut fastrand::Rng, links: usize) -> String {
     out + "</robot>\n"
 }
 
-fn states(random: &mut fastrand::Rng, size: usize, count: usize) -> Vec<State> {
+pub(crate) fn states(random: &mut fastrand::Rng, size: usize, count: usize) -> Vec<State> {
     let mut some =
         |most| -> Vec<f64> { (0..size).map(|_| numbers::<1>(random, most)[0]).collect() };
     (0..count)
@@ -100,7 +100,7 @@ fn states(random: &mut fastrand::Rng, size: usize, count: usize) -> Vec<State> {
 }
 
 /// The greatest difference of two lists of numbers, relative to the greatest number.
-fn difference(own: &Value, other: &Value) -> f64 {
+pub(crate) fn difference(own: &Value, other: &Value) -> f64 {
     fn flat(value: &Value, out: &mut Vec<f64>) {
         match value {
             Value::Array(all) => all.iter().for_each(|one| flat(one, out)),
@@ -212,6 +212,24 @@ fn driven(robot: &Robot) -> (Vec<Value>, Vec<Value>) {
     (driven, several)
 }
 
+/// What a script of this folder answers.
+pub(crate) fn answers(python: &Path, script: &str, cases: &Value) -> Value {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all"));
+    let mut child = Command::new(python)
+        .arg(folder.join(script))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python");
+    let mut input = child.stdin.take().expect("its input");
+    let written = input.write_all(cases.to_string().as_bytes());
+    written.expect("written");
+    drop(input);
+    let output = child.wait_with_output().expect("python");
+    assert!(output.status.success(), "the script failed");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
 /// An interpreter with Pinocchio, if it can be installed.
 fn python(test: &str) -> Option<&'static Path> {
     rc_test_support::python::packages("pinocchio", "pin==4.1.0\n", test)
@@ -228,9 +246,21 @@ pub(crate) struct Case {
 pub(crate) fn compare(
     python: &Path,
     robots: &[Case],
-    (count, frames): (usize, usize),
+    counts: (usize, usize),
     random: &mut fastrand::Rng,
 ) -> Vec<Option<String>> {
+    let (refused, wrong) = differences(python, robots, counts, random);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    refused
+}
+
+/// As [`compare`], with what differs.
+fn differences(
+    python: &Path,
+    robots: &[Case],
+    (count, frames): (usize, usize),
+    random: &mut fastrand::Rng,
+) -> (Vec<Option<String>>, Vec<String>) {
     let (mut cases, mut own) = (Vec::new(), Vec::new());
     for Case { robot, source } in robots {
         let links: Vec<usize> = robot.links().map(|(at, _)| at).collect();
@@ -266,20 +296,7 @@ pub(crate) fn compare(
         }));
         own.push(facts(robot, &states, gravity));
     }
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/motion.py");
-    let mut child = Command::new(python)
-        .arg(script)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("python");
-    let mut input = child.stdin.take().expect("its input");
-    let written = input.write_all(json!(cases).to_string().as_bytes());
-    written.expect("written");
-    drop(input);
-    let output = child.wait_with_output().expect("python");
-    assert!(output.status.success(), "the script failed");
-    let other: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let other = answers(python, "motion.py", &json!(cases));
     let all = |value: &Value| value.as_array().cloned().expect("a list");
     let (mut refused, mut wrong) = (Vec::new(), Vec::new());
     for (at, own) in own.iter().enumerate() {
@@ -315,8 +332,7 @@ pub(crate) fn compare(
             }
         }
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
-    refused
+    (refused, wrong)
 }
 
 /// Pinocchio knows no robot of this test, and this crate nothing of Pinocchio.
@@ -340,6 +356,57 @@ fn motions_and_efforts_are_those_of_pinocchio() {
         .collect();
     let refused = compare(python, &cases, (20, 8), &mut random);
     assert!(refused.iter().all(Option::is_none));
+}
+
+/// A mistake in a file changes the motion: the comparison with Pinocchio finds each of them.
+#[test]
+fn mistakes_in_a_file_are_found() {
+    let Some(python) = python("mistakes_in_a_file_are_found") else {
+        return;
+    };
+    let joint = |axis: &str, turn: &str, body: &str| {
+        format!(
+            "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"><inertial><origin xyz=\"0.1 0 0.2\" rpy=\"{body}\"/>\
+            <mass value=\"2\"/><inertia ixx=\"0.1\" iyy=\"0.2\" izz=\"0.25\" ixy=\"0.01\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
+            <link name=\"c\"><inertial><mass value=\"1\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
+            <joint name=\"one\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"0 0.1 0\" rpy=\"{turn}\"/>\
+            <axis xyz=\"{axis}\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"3\"/></joint>\
+            <joint name=\"two\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/><origin xyz=\"0 0 0.3\"/>\
+            <axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"3\"/></joint></robot>"
+        )
+    };
+    let right = joint("0 0.6 0.8", "0.1 0.2 0.3", "0.3 0 0.4");
+    let mut random = fastrand::Rng::with_seed(8);
+    for (what, text) in [
+        ("nothing", right.clone()),
+        (
+            "sign of an axis",
+            joint("0 -0.6 -0.8", "0.1 0.2 0.3", "0.3 0 0.4"),
+        ),
+        (
+            "order of angles",
+            joint("0 0.6 0.8", "0.3 0.2 0.1", "0.3 0 0.4"),
+        ),
+        (
+            "frame of inertia",
+            joint("0 0.6 0.8", "0.1 0.2 0.3", "0 0 0"),
+        ),
+        (
+            "product of inertia",
+            right.replace("ixy=\"0.01\"", "ixy=\"-0.01\""),
+        ),
+        (
+            "mass",
+            right.replace("<mass value=\"1\"", "<mass value=\"1.001\""),
+        ),
+    ] {
+        let case = Case {
+            robot: robot(&text),
+            source: ("urdf", right.clone()),
+        };
+        let (_, wrong) = differences(python, &[case], (2, 3), &mut random);
+        assert_eq!(wrong.is_empty(), what == "nothing", "{what}: {wrong:?}");
+    }
 }
 
 /// A column of the mass matrix is the efforts for an acceleration of one joint alone.

@@ -134,3 +134,61 @@ fn random_texts_are_read_or_refused() {
         findings(&text.into_iter().collect::<String>());
     }
 }
+
+#[test]
+fn a_text_of_xacro_is_to_be_expanded_first() {
+    let mut sources = SourceMap::new();
+    let text = "<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:property name=\"w\" value=\"1\"/><link name=\"a\"/></robot>";
+    let source = sources.add("robot.urdf", text);
+    let (_, found) = rc_robot::read(&sources, source);
+    let found = render(&sources, &found, Format::Short);
+    assert!(
+        found.contains("xacro") && found.contains("error"),
+        "{found}"
+    );
+}
+
+/// A shape is no matter here, whether its file exists or not.
+#[test]
+fn a_missing_mesh_changes_nothing() {
+    let mesh = "<link name=\"a\"><visual><geometry><mesh filename=\"package://gone/a.stl\"/></geometry></visual></link>";
+    assert_eq!(findings(mesh), "");
+}
+
+/// A joint between equal limits is one that stays.
+#[test]
+fn limits_of_zero_width_are_limits() {
+    let inside =
+        joint("type=\"revolute\"><axis xyz=\"0 0 1\"/><limit lower=\"0.5\" upper=\"0.5\"/>");
+    assert_eq!(findings(&inside), "");
+}
+
+#[test]
+fn ten_thousand_links_are_read_and_no_more() {
+    let chain = |count: usize| {
+        let mut inside = String::from("<link name=\"l0\"/>");
+        for at in 1..count {
+            inside += &format!(
+                "<link name=\"l{at}\"/><joint name=\"j{at}\" type=\"continuous\"><parent link=\"l{}\"/><child link=\"l{at}\"/></joint>",
+                at - 1
+            );
+        }
+        inside
+    };
+    assert_eq!(findings(&chain(10_000)), "");
+    let found = findings(&chain(10_001));
+    assert!(found.contains("error[too-many-links]"), "{found}");
+}
+
+/// A joint of several coordinates has names that another joint may have.
+#[test]
+fn names_of_coordinates_differ() {
+    let inside = "<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>\
+        <joint name=\"j\" type=\"planar\"><parent link=\"a\"/><child link=\"b\"/><axis xyz=\"0 0 1\"/></joint>\
+        <joint name=\"j.x\" type=\"continuous\"><parent link=\"b\"/><child link=\"c\"/></joint>";
+    let found = findings(inside);
+    assert!(
+        found.contains("error[duplicate-id]: a joint of several coordinates has `j.x`, too"),
+        "{found}"
+    );
+}

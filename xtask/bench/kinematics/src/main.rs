@@ -1,0 +1,375 @@
+//! How long printed solvers take, beside Pinocchio in C++: the same functions of the same robots, compiled with
+//! the same optimisation, on one thread. Prints rows of Markdown.
+//!
+//! Arguments: a folder for programs, and an interpreter of Python that has the packages `pin`, `cmeel-eigen` and
+//! `example-robot-data`.
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_formula::Interpreter;
+use rc_kinematics::{Cell, Solver};
+use rc_syntax::MemoryLoader;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+/// Runs of a block, and the blocks of each function.
+const RUNS: usize = 2_000;
+const BLOCKS: usize = 41;
+/// Different positions of one block.
+const STATES: usize = 64;
+
+/// The greatest times as shares of those of Pinocchio: of motions, efforts and accelerations.
+const GOALS: [f64; 3] = [0.6, 0.6, 0.8];
+const GOALS_OF_HUMANOIDS: [f64; 3] = [0.8, 0.6, 0.8];
+
+/// A robot, the frames whose poses and Jacobians are computed, and the frame in which they are.
+struct Robot {
+    name: &'static str,
+    file: &'static str,
+    base: &'static str,
+    tips: &'static [&'static str],
+    goals: [f64; 3],
+}
+
+const ROBOTS: [Robot; 2] = [
+    Robot {
+        name: "UR5, 6 joints, 1 frame",
+        file: "ur_description/urdf/ur5_robot.urdf",
+        base: "base_link",
+        tips: &["tool0"],
+        goals: GOALS,
+    },
+    Robot {
+        name: "Unitree G1, 29 joints, 4 frames",
+        file: "g1_description/urdf/g1_29dof_rev_1_0.urdf",
+        base: "pelvis",
+        tips: &[
+            "left_rubber_hand",
+            "right_rubber_hand",
+            "left_ankle_roll_link",
+            "right_ankle_roll_link",
+        ],
+        goals: GOALS_OF_HUMANOIDS,
+    },
+];
+
+/// The functions, by their names in all programs.
+const FUNCTIONS: [&str; 3] = ["fk", "efforts_of", "drive"];
+const TITLES: [&str; 3] = [
+    "poses and Jacobians",
+    "efforts (RNEA)",
+    "accelerations (ABA)",
+];
+
+fn cell(robot: &Robot, urdf: &str) -> Cell {
+    let mut outputs = String::new();
+    for tip in robot.tips {
+        let base = robot.base;
+        write!(outputs, "pose {tip} in {base}; jacobian {tip} in {base}; ").expect("a text");
+    }
+    let text = format!(
+        "import \"robot.urdf\";\nKinematics cell {{ solver fk {{ {outputs} }}; solver efforts_of {{ efforts; }}; \
+        solver drive {{ accelerations; }}; }};"
+    );
+    let mut sources = SourceMap::new();
+    let source = sources.add("cell.kdsl", text);
+    let loader = MemoryLoader::new([("robot.urdf", urdf)]);
+    let (cell, found) = rc_kinematics::load(&mut sources, &loader, source);
+    assert!(
+        !found.has_errors(),
+        "{}",
+        render(&sources, &found, Format::Short)
+    );
+    cell.expect("a cell")
+}
+
+/// Numbers that all programs have.
+fn states(count: usize) -> Vec<Vec<f64>> {
+    let number = |at: usize| ((at as f64 * 0.754_877_666 + 0.3) % 1.0) * 2.0 - 1.0;
+    (0..STATES)
+        .map(|state| (0..count).map(|at| number(state * count + at)).collect())
+        .collect()
+}
+
+/// The arrays that a solver takes: the same numbers for each of them.
+fn arrays(solver: &Solver) -> usize {
+    1 + usize::from(solver.takes_velocities)
+        + usize::from(solver.takes_accelerations)
+        + usize::from(solver.takes_efforts)
+}
+
+fn rust(cell: &Cell) -> String {
+    let count = cell.robot.coordinates.len();
+    let mut out = format!(
+        "mod cell;\nuse std::hint::black_box;\nconst Q: [[f64; {count}]; {STATES}] = {:?};\nfn main() {{\n",
+        states(count)
+    );
+    for solver in &cell.solvers {
+        let passed = vec!["black_box(q)"; arrays(solver)].join(", ");
+        write!(
+            out,
+            "    let mut times = Vec::new();\n    for _ in 0..{BLOCKS} {{\n        let start = std::time::Instant::now();\n\
+            \x20       for run in 0..{RUNS} {{ let q = &Q[run % {STATES}]; black_box(cell::{name}({passed})); }}\n\
+            \x20       times.push(start.elapsed().as_nanos() as f64 / {RUNS}.0);\n    }}\n\
+            \x20   times.sort_by(f64::total_cmp);\n    println!(\"{name} {{}}\", times[{BLOCKS} / 2]);\n",
+            name = solver.name
+        )
+        .expect("a text");
+    }
+    out + "}\n"
+}
+
+/// A program in C or C++ around calls of functions.
+fn around(count: usize, begin: &str, calls: &[(&str, String)]) -> String {
+    let rows: Vec<String> = states(count)
+        .iter()
+        .map(|row| format!("{row:?}").replace('[', "{").replace(']', "}"))
+        .collect();
+    let mut out = format!(
+        "#include <stdio.h>\n#include <stdlib.h>\n#include <time.h>\n\
+        static const double Q[{STATES}][{count}] = {{{}}};\n\
+        static double now(void) {{ struct timespec t; clock_gettime(CLOCK_MONOTONIC, &t); return t.tv_sec * 1e9 + t.tv_nsec; }}\n\
+        static int less(const void *a, const void *b) {{ double x = *(const double *)a, y = *(const double *)b; return (x > y) - (x < y); }}\n\
+        #define HIDE(p) __asm__ volatile(\"\" : : \"r\"(p) : \"memory\")\n{begin}\n",
+        rows.join(",\n")
+    );
+    for (name, call) in calls {
+        writeln!(
+            out,
+            "    {{ double times[{BLOCKS}]; for (int block = 0; block < {BLOCKS}; block++) {{ double start = now();\n\
+            \x20     for (int run = 0; run < {RUNS}; run++) {{ const double *q = Q[run % {STATES}]; HIDE(q); {call} }}\n\
+            \x20     times[block] = (now() - start) / {RUNS}; }}\n\
+            \x20     qsort(times, {BLOCKS}, sizeof times[0], less); printf(\"{name} %.17g\\n\", times[{BLOCKS} / 2]); }}"
+        )
+        .expect("a text");
+    }
+    out + "    return 0;\n}\n"
+}
+
+fn c(cell: &Cell) -> String {
+    let calls: Vec<(&str, String)> = cell
+        .solvers
+        .iter()
+        .map(|solver| {
+            let name = &solver.name;
+            let passed = "q, ".repeat(arrays(solver));
+            (
+                name.as_str(),
+                format!("cell_{name}_result r; cell_{name}({passed}&r); HIDE(&r);"),
+            )
+        })
+        .collect();
+    let begin = "#include \"cell.h\"\nint main(void)\n{";
+    around(cell.robot.coordinates.len(), begin, &calls)
+}
+
+fn pinocchio(cell: &Cell, robot: &Robot, file: &Path) -> String {
+    let frames: Vec<String> = robot.tips.iter().map(|tip| format!("\"{tip}\"")).collect();
+    let count = cell.robot.coordinates.len();
+    let begin = format!(
+        "#include <pinocchio/multibody.hpp>\n#include <pinocchio/serialization.hpp>\n#include <pinocchio/algorithm/jacobian.hpp>\n\
+        #include <pinocchio/algorithm/frames.hpp>\n#include <pinocchio/algorithm/rnea.hpp>\n\
+        #include <pinocchio/algorithm/aba.hpp>\nnamespace p = pinocchio;\nint main()\n{{\n\
+        \x20   p::Model model; model.loadFromText(\"{}\");\n    p::Data data(model);\n\
+        \x20   if (model.nq != {count}) {{ fprintf(stderr, \"%d positions\\n\", model.nq); return 1; }}\n\
+        \x20   const char *names[] = {{{}}};\n    std::vector<p::FrameIndex> frames;\n\
+        \x20   for (const char *name : names) frames.push_back(model.getFrameId(name, p::BODY));\n\
+        \x20   std::vector<p::Data::Matrix6x> jacobians(frames.size(), p::Data::Matrix6x::Zero(6, model.nv));\n\
+        \x20   typedef Eigen::Map<const Eigen::VectorXd> V;",
+        file.display(),
+        frames.join(", ")
+    );
+    let one = format!("V x(q, {count}); ");
+    // A frame of one arm has its chain only, as the printed code does.
+    let motion = if robot.tips.len() == 1 {
+        "p::computeFrameJacobian(model, data, x, frames[0], p::LOCAL_WORLD_ALIGNED, jacobians[0]); \
+        p::updateFramePlacement(model, data, frames[0]); HIDE(&jacobians[0]); HIDE(&data);"
+    } else {
+        "p::computeJointJacobians(model, data, x); for (size_t at = 0; at < frames.size(); at++) { \
+        p::updateFramePlacement(model, data, frames[at]); \
+        p::getFrameJacobian(model, data, frames[at], p::LOCAL_WORLD_ALIGNED, jacobians[at]); HIDE(&jacobians[at]); } HIDE(&data);"
+    };
+    let calls = [
+        (FUNCTIONS[0], format!("{one}{motion}")),
+        (
+            FUNCTIONS[1],
+            format!("{one}p::rnea(model, data, x, x, x); HIDE(&data);"),
+        ),
+        (
+            FUNCTIONS[2],
+            format!("{one}p::aba(model, data, x, x, x); HIDE(&data);"),
+        ),
+    ];
+    around(count, &begin, &calls)
+}
+
+/// The times of functions that a program prints.
+fn times(program: &Path, libraries: Option<&Path>) -> BTreeMap<String, f64> {
+    let mut command = Command::new(program);
+    if let Some(libraries) = libraries {
+        command.env("LD_LIBRARY_PATH", libraries);
+    }
+    let output = command.output().expect("it starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {errors}", program.display());
+    let text = String::from_utf8(output.stdout).expect("a text");
+    let rows = text.lines().filter_map(|line| line.split_once(' '));
+    rows.map(|(name, time)| (name.to_owned(), time.parse().expect("a number")))
+        .collect()
+}
+
+/// Compiles a program, and says how long it takes.
+fn compiled(words: &[&str]) -> f64 {
+    let start = Instant::now();
+    let output = Command::new(words[0]).args(&words[1..]).output();
+    let output = output.expect("a compiler");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{words:?}: {errors}");
+    start.elapsed().as_secs_f64()
+}
+
+/// The time of a solver without printed code.
+fn interpreted(solver: &Solver, count: usize) -> f64 {
+    let mut interpreter = Interpreter::new(&solver.program).expect("no call");
+    let mut output = vec![0.0; interpreter.outputs()];
+    let inputs: Vec<Vec<f64>> = states(count).iter().map(|state| state.repeat(4)).collect();
+    let mut times = Vec::new();
+    for _ in 0..BLOCKS {
+        let start = Instant::now();
+        for run in 0..RUNS {
+            let input = black_box(&inputs[run % STATES]);
+            interpreter.run(input, &mut output).expect("numbers");
+            black_box(&output);
+        }
+        times.push(start.elapsed().as_nanos() as f64 / RUNS as f64);
+    }
+    times.sort_by(f64::total_cmp);
+    times[BLOCKS / 2]
+}
+
+fn main() {
+    let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+    let [folder, python] = arguments.as_slice() else {
+        panic!("a folder, and an interpreter");
+    };
+    let place = Command::new(python)
+        .args([
+            "-c",
+            "import sysconfig; print(sysconfig.get_path('purelib'))",
+        ])
+        .output();
+    let place = String::from_utf8(place.expect("python").stdout).expect("a text");
+    let prefix = Path::new(place.trim()).join("cmeel.prefix");
+    std::fs::create_dir_all(folder).expect("a folder");
+    let text = |path: &Path| path.to_str().expect("a text").to_owned();
+    let at = |name: &str| text(&folder.join(name));
+    let mut rows = String::from(
+        "| | goal | Rust | C | Pinocchio | share | interpreted / Rust |\n|---|---|---|---|---|---|---|\n",
+    );
+    let mut facts = String::from(
+        "| | printing | C | compiling C | sums, products, functions |\n|---|---|---|---|---|\n",
+    );
+    let mut met = true;
+    for robot in &ROBOTS {
+        let file = prefix
+            .join("share/example-robot-data/robots")
+            .join(robot.file);
+        let urdf = std::fs::read_to_string(&file).expect("a robot");
+        let start = Instant::now();
+        let cell = cell(robot, &urdf);
+        let header = rc_kinematics::c(&cell);
+        let printing = start.elapsed();
+        std::fs::write(at("cell.h"), &header).expect("a file");
+        std::fs::write(at("cell.rs"), rc_kinematics::rust(&cell)).expect("a file");
+        std::fs::write(at("main.rs"), rust(&cell)).expect("a file");
+        std::fs::write(at("main.c"), c(&cell)).expect("a file");
+        // The package has no headers of the parser.
+        let model = folder.join("model.txt");
+        let save = "import pinocchio, sys; pinocchio.buildModelFromUrdf(sys.argv[1]).saveToText(sys.argv[2])";
+        compiled(&[&text(python), "-c", save, &text(&file), &text(&model)]);
+        std::fs::write(at("pin.cpp"), pinocchio(&cell, robot, &model)).expect("a file");
+        compiled(&[
+            "rustc",
+            "--edition=2021",
+            "-Copt-level=3",
+            &at("main.rs"),
+            "-o",
+            &at("in_rust"),
+        ]);
+        let compiling = compiled(&[
+            "cc",
+            "-O3",
+            "-ffp-contract=off",
+            &at("main.c"),
+            "-o",
+            &at("in_c"),
+            "-lm",
+        ]);
+        let libraries = prefix.join("lib");
+        let include = format!("-I{}", text(&prefix.join("include")));
+        let eigen = format!("-I{}", text(&prefix.join("include/eigen3")));
+        let library = format!("-L{}", text(&libraries));
+        compiled(&[
+            "c++",
+            "-std=c++17",
+            "-O3",
+            "-DNDEBUG",
+            &include,
+            &eigen,
+            &at("pin.cpp"),
+            "-o",
+            &at("in_cpp"),
+            &library,
+            "-lboost_serialization",
+            "-lpinocchio_default",
+            "-Wl,--allow-shlib-undefined",
+        ]);
+        let (rust, c) = (
+            times(&folder.join("in_rust"), None),
+            times(&folder.join("in_c"), None),
+        );
+        let theirs = times(&folder.join("in_cpp"), Some(&libraries));
+        for (at, name) in FUNCTIONS.into_iter().enumerate() {
+            let solver = &cell.solvers[at];
+            let slow = interpreted(solver, cell.robot.coordinates.len());
+            let share = rust[name] / theirs[name];
+            let is_met = share <= robot.goals[at];
+            met &= is_met;
+            writeln!(
+                rows,
+                "| {}: {} | ≤ {} | {:.0} ns | {:.0} ns | {:.0} ns | {share:.2} {} | {:.1} |",
+                robot.name,
+                TITLES[at],
+                robot.goals[at],
+                rust[name],
+                c[name],
+                theirs[name],
+                if is_met { "met" } else { "**missed**" },
+                slow / rust[name],
+            )
+            .expect("a text");
+        }
+        let work: Vec<String> = cell
+            .solvers
+            .iter()
+            .map(|solver| {
+                let work = solver.work();
+                format!("{} + {} + {}", work.sums, work.products, work.functions)
+            })
+            .collect();
+        writeln!(
+            facts,
+            "| {} | {:.2} s | {} KB | {compiling:.1} s | {} |",
+            robot.name,
+            printing.as_secs_f64(),
+            header.len() / 1024,
+            work.join("; ")
+        )
+        .expect("a text");
+    }
+    print!("{rows}\n{facts}");
+    std::process::exit(i32::from(!met));
+}
