@@ -102,12 +102,11 @@ fn solve<T: Real>(matrix: &mut [Vec<T>], vector: &mut [T]) {
         row[at] = row[at] + soft;
     }
     for step in 0..size {
+        let pivot = matrix[step].clone();
         for row in step + 1..size {
-            let factor = matrix[row][step] / matrix[step][step];
-            for column in row..size {
-                let part = matrix[row][column] - factor * matrix[step][column];
-                matrix[row][column] = part;
-                matrix[column][row] = part;
+            let factor = pivot[row] / pivot[step];
+            for (part, known) in matrix[row].iter_mut().zip(&pivot).skip(row) {
+                *part = *part - factor * *known;
             }
             vector[row] = vector[row] - factor * vector[step];
         }

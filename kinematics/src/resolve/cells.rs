@@ -134,7 +134,7 @@ fn hold(cell: &mut Robot, mount: &ast::Mount, found: &mut Diagnostics) {
     });
 }
 
-impl<'r> Resolver<'r> {
+impl Resolver<'_> {
     /// The loops of a cell.
     pub(super) fn loops(&mut self, loops: &[ast::Loop]) {
         let mut known: HashMap<&str, Span> = HashMap::new();

@@ -35,7 +35,7 @@ const ARMS: [(&str, &str, [&str; 2]); 4] = [
     ),
 ];
 
-/// Poses of UR5, Panda, Kinova and the arm of TIAGo are found within limits, and Pinocchio finds the frames
+/// Poses of UR5, Panda, Kinova and the arm of `TIAGo` are found within limits, and Pinocchio finds the frames
 /// there; other poses are said to be out of reach.
 ///
 /// `KINEMATICS_POSES` is the number of poses of each arm.

@@ -23,8 +23,8 @@ fn a_solver_gains_a_payload_while_its_loop_runs() {
     let mut solver = Box::new(make(&before));
     let (sender, receiver) = mpsc::sync_channel::<Box<Interpreter>>(1);
     let (old_sender, old) = mpsc::sync_channel::<Box<Interpreter>>(1);
-    let mut output = vec![0.0; 64];
-    let mut input = vec![0.0; 12 + PAYLOAD];
+    let mut output = [0.0; 64];
+    let mut input = [0.0; 12 + PAYLOAD];
     let mut seen = 0;
     for cycle in 0..200_u32 {
         if cycle == 100 {

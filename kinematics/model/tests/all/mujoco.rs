@@ -1,4 +1,4 @@
-//! Motions and efforts beside MuJoCo, a second oracle.
+//! Motions and efforts beside `MuJoCo`, a second oracle.
 
 use crate::pinocchio::{answers, difference, numbers, random_urdf, robot, states};
 use rc_robot::State;
