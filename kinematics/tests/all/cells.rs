@@ -171,6 +171,8 @@ Kinematics four
 };";
 
 /// The linkage falls under gravity: it stays closed, and keeps its energy.
+///
+/// `KINEMATICS_STEPS` is the number of milliseconds.
 #[test]
 fn a_four_bar_linkage_stays_closed() {
     let four = cell(FOUR, &[("bars.urdf", BARS)]);
@@ -214,7 +216,8 @@ fn a_four_bar_linkage_stays_closed() {
             accelerations: vec![0.0; 3],
         }
     };
-    for _ in 0..1_000 {
+    let steps = std::env::var("KINEMATICS_STEPS").map(|text| text.parse().expect("a number"));
+    for _ in 0..steps.unwrap_or(1_000) {
         // The midpoint rule.
         let first = rate(&state);
         let middle = ahead(&state, (&state.velocities, &first), step / 2.0);

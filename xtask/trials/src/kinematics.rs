@@ -27,12 +27,30 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares 1,000 states of each of 13 robots.
+/// The tests of robots with 1,000 states of each of 13 robots, 10,000 poses of each of four arms, and 10,000 steps of a
+/// linkage.
 pub(crate) fn soak() -> Result<(), Failure> {
-    let words = "test -p rc-robot --test all real_robots";
-    let words: Vec<&str> = words.split(' ').collect();
-    let mut test = cargo(&words)?;
-    test.env("KINEMATICS_STATES", "1000");
-    print!("{}", output(test, LIMIT)?);
+    for (words, name, count) in [
+        (
+            "test -p rc-robot --test all real::",
+            "KINEMATICS_STATES",
+            "1000",
+        ),
+        (
+            "test -p rc-kinematics --test all arms::",
+            "KINEMATICS_POSES",
+            "10000",
+        ),
+        (
+            "test -p rc-kinematics --test all four_bar",
+            "KINEMATICS_STEPS",
+            "10000",
+        ),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        let mut test = cargo(&words)?;
+        test.env(name, count);
+        print!("{}", output(test, LIMIT)?);
+    }
     Ok(())
 }
