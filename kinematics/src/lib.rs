@@ -2,7 +2,7 @@
 //! velocities, Jacobians and efforts that a program needs.
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] reads its robot as well, and
-//! resolves all names: a [`Cell`]. [`rust`], [`c`], [`cpp`] and [`python`] print its solvers as functions in
+//! resolves all names: a [`Cell`]. [`rust`], [`c`], [`cpp`], [`python`], and [`library`] with [`loader`] print its solvers as functions in
 //! straight lines, whose number of operations is known.
 
 pub mod ast;
@@ -17,7 +17,7 @@ mod work;
 pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver};
 pub use inverse::{Inverse, Question, RateLimits, Rates, Search};
 pub use parse::parse;
-pub use print::{c, cpp, python, rust, rust_methods};
+pub use print::{c, cpp, library, loader, python, rust, rust_methods};
 pub use resolve::load;
 pub use work::Work;
 

@@ -1,9 +1,11 @@
 //! Prints the solvers of a cell as code without dependencies.
 
 mod cpp;
+mod ctypes;
 mod inverse;
 
 pub use cpp::cpp;
+pub use ctypes::{library, loader};
 
 use crate::ast::Math;
 use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};

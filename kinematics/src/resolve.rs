@@ -25,7 +25,7 @@ const MOST_NUMBERS: usize = 20_000;
 const MOST_STEPS: usize = 20_000;
 
 /// Names in printed code other than those of solvers, with functions and types that it uses.
-const TAKEN: [&str; 24] = [
+const TAKEN: [&str; 26] = [
     "joints",
     "lower",
     "upper",
@@ -36,6 +36,8 @@ const TAKEN: [&str; 24] = [
     "NamedTuple",
     "Sequence",
     "Callable",
+    "numpy",
+    "pathlib",
     // Built-in functions and types of Python that printed code names.
     "abs",
     "bool",

@@ -5,6 +5,7 @@
 mod arms;
 mod cells;
 mod cpp;
+mod ctypes;
 mod findings;
 mod interpreted;
 mod inverse;

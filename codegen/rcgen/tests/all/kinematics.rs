@@ -43,6 +43,7 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
         ("c", "cell.h"),
         ("cpp", "cell.hpp"),
         ("python", "cell.py"),
+        ("ctypes", "cell_ctypes.py"),
     ] {
         let export = ["export", "cell.kdsl", "--to", to, "--out", "out"];
         let written = succeeds(path, &export);

@@ -152,7 +152,7 @@ pub(crate) enum Command {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
         /// To urdf and gltf an InnerModel file, to dsr, graphml, turtle and graph a graph, to
-        /// rust, c, cpp and python the solvers of a robot.
+        /// rust, c, cpp, python and ctypes the solvers of a robot.
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
@@ -358,6 +358,8 @@ pub(crate) enum SolverLanguage {
     C,
     Cpp,
     Python,
+    /// Python that loads a library in C.
+    Ctypes,
 }
 
 /// The languages of printed conversions.
@@ -474,7 +476,7 @@ pub(crate) enum Target {
     Code(SolverLanguage),
 }
 
-const TARGETS: [&str; 12] = [
+const TARGETS: [&str; 13] = [
     "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "cpp",
     "python",
 ];
@@ -497,6 +499,7 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "c" => Ok(Target::Code(SolverLanguage::C)),
         "cpp" => Ok(Target::Code(SolverLanguage::Cpp)),
         "python" => Ok(Target::Code(SolverLanguage::Python)),
+        "ctypes" => Ok(Target::Code(SolverLanguage::Ctypes)),
         "slice" => Err(format!("{text} comes with a later version; {}", there())),
         _ => {
             let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));

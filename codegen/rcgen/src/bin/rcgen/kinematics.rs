@@ -18,20 +18,26 @@ pub(crate) fn export(request: &Request<'_>, language: SolverLanguage) -> Result<
         return Err(Failure::Usage(message));
     }
     let cell = load(file, request.common)?;
-    let (ending, comment, text) = match language {
-        SolverLanguage::Rust => ("rs", "//", rc_kinematics::rust(&cell)),
-        SolverLanguage::C => ("h", "//", rc_kinematics::c(&cell)),
-        SolverLanguage::Cpp => ("hpp", "//", rc_kinematics::cpp(&cell)),
-        SolverLanguage::Python => ("py", "#", rc_kinematics::python(&cell)),
+    let printed = match language {
+        SolverLanguage::Rust => vec![(".rs", "//", rc_kinematics::rust(&cell))],
+        SolverLanguage::C => vec![(".h", "//", rc_kinematics::c(&cell))],
+        SolverLanguage::Cpp => vec![(".hpp", "//", rc_kinematics::cpp(&cell))],
+        SolverLanguage::Python => vec![(".py", "#", rc_kinematics::python(&cell))],
+        SolverLanguage::Ctypes => vec![
+            (".c", "//", rc_kinematics::library(&cell)),
+            ("_ctypes.py", "#", rc_kinematics::loader(&cell)),
+        ],
     };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let header = export::HEADER;
     let mut files = Files::default();
-    files.add(
-        format!("{}.{ending}", cell.name),
-        Owner::Exported,
-        format!("{comment} {header} from {name}; rewritten at every export.\n{text}"),
-    );
+    for (ending, comment, text) in printed {
+        files.add(
+            format!("{}{ending}", cell.name),
+            Owner::Exported,
+            format!("{comment} {header} from {name}; rewritten at every export.\n{text}"),
+        );
+    }
     write(&files, request.out, request.dry_run)
 }
 
