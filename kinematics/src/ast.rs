@@ -232,6 +232,8 @@ pub enum OutputKind {
 #[expect(missing_docs, reason = "the words of the language")]
 pub enum MotionPart {
     Pose,
+    /// `pose TIP in BASE as quaternion`
+    Quaternion,
     Jacobian,
     Velocity,
     Acceleration,
@@ -241,7 +243,7 @@ impl MotionPart {
     /// The word of the language.
     pub fn word(self) -> &'static str {
         match self {
-            Self::Pose => "pose",
+            Self::Pose | Self::Quaternion => "pose",
             Self::Jacobian => "jacobian",
             Self::Velocity => "velocity",
             Self::Acceleration => "acceleration",

@@ -5,7 +5,7 @@ use crate::inverse::Inverse;
 use crate::work::Work;
 use rc_formula::{Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
-use rc_quantity::rotation::{transposed, turned};
+use rc_quantity::rotation::{Quaternion, transposed, turned};
 use rc_robot::dynamics::{self, Load, Motions};
 use rc_robot::loops::{self, Loop};
 use rc_robot::{Chain, Robot, State};
@@ -157,7 +157,7 @@ impl Computed<'_> {
     pub(crate) fn needs(&self) -> (bool, bool) {
         match self {
             Self::Motion { what, .. } => match what {
-                MotionPart::Pose | MotionPart::Jacobian => (false, false),
+                MotionPart::Pose | MotionPart::Quaternion | MotionPart::Jacobian => (false, false),
                 MotionPart::Velocity => (true, false),
                 MotionPart::Acceleration => (true, true),
             },
@@ -263,6 +263,10 @@ impl Computed<'_> {
                         let rows = moved.pose.rotation.iter().zip(moved.pose.translation);
                         let rows = rows.flat_map(|(row, place)| [row[0], row[1], row[2], place]);
                         rows.chain([zero, zero, zero, one]).collect()
+                    }
+                    MotionPart::Quaternion => {
+                        let turn = Quaternion::of_matrix(&moved.pose.rotation).to_xyzw();
+                        [&moved.pose.translation[..], &turn].concat()
                     }
                     MotionPart::Jacobian => {
                         let columns = moved.jacobian.iter();

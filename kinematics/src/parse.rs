@@ -264,6 +264,7 @@ fn motion(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> 
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::kw_pose => what = Some(MotionPart::Pose),
+            Rule::form => what = Some(MotionPart::Quaternion),
             Rule::kw_jacobian => what = Some(MotionPart::Jacobian),
             Rule::kw_velocity => what = Some(MotionPart::Velocity),
             Rule::kw_acceleration => what = Some(MotionPart::Acceleration),
@@ -494,6 +495,8 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = fa
     pair => "`FRAME = FRAME;`",
     point => "`point`",
     path => "a name",
+    form => "`as quaternion`",
+    kw_quaternion => "`quaternion`",
     payload => "`payload`",
     kw_at => "`at`",
     gravity => "`gravity`",

@@ -457,7 +457,7 @@ impl<'r> Resolver<'r> {
         let mut name = format!("{}_{}_in_{}", what.word(), tip.text, base.text);
         let mut axes = format!("along the axes of `{}`", base.text);
         if let Some(frame) = expressed {
-            if what == MotionPart::Pose {
+            if matches!(what, MotionPart::Pose | MotionPart::Quaternion) {
                 let message =
                     "a pose has no `expressed in`: it is in the frame after `in`".to_owned();
                 self.error("without-effect", frame.span, message);
@@ -466,8 +466,18 @@ impl<'r> Resolver<'r> {
             name = format!("{name}_expressed_in_{}", frame.text);
             axes = format!("along the axes of `{}`", frame.text);
         }
+        if what == MotionPart::Quaternion {
+            name += "_as_quaternion";
+        }
         let (tip, base) = (&tip.text, &base.text);
         let (doc, shape) = match what {
+            MotionPart::Quaternion => (
+                format!(
+                    "Where `{tip}` is in `{base}`: the place in metres, then the unit quaternion x, y, z, w, whose w is \
+                    not negative."
+                ),
+                Shape::Vector(7),
+            ),
             MotionPart::Pose => (
                 format!(
                     "Where `{tip}` is in `{base}`: the homogeneous matrix for columns, in metres."

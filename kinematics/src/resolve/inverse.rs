@@ -212,7 +212,9 @@ impl Resolver<'_> {
             MotionPart::Pose => true,
             MotionPart::Velocity => false,
             // The grammar has no others.
-            MotionPart::Jacobian | MotionPart::Acceleration => return None,
+            MotionPart::Quaternion | MotionPart::Jacobian | MotionPart::Acceleration => {
+                return None;
+            }
         };
         self.fitting(
             solver,

@@ -2,6 +2,7 @@
 
 use crate::load;
 use rc_kinematics::{Cell, PAYLOAD, Solver};
+use rc_quantity::rotation::Quaternion;
 use rc_robot::{State, dynamics};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,7 +12,7 @@ const TEXT: &str = r#"import "arm.urdf";
 Kinematics cell
 {
     // Where the tool is, and how it moves.
-    solver fk { pose "tool-0" in base; jacobian "tool-0" in base; jacobian finger in slide expressed in base; };
+    solver fk { pose "tool-0" in base; jacobian "tool-0" in base; jacobian finger in slide expressed in base; pose finger in slide as quaternion; };
     solver motion { velocity "tool-0" in base expressed in "tool-0"; acceleration finger in shoulder; };
     solver hold { efforts; mass_matrix; gravity 0, 0, -1.62; };
     solver still { pose base in base; };
@@ -100,6 +101,16 @@ fn recorded_formulas_are_the_algorithms() {
         let place = [numbers[3], numbers[7], numbers[11]];
         near(&place, &moved.pose.translation);
         assert_eq!(numbers[12..16], [0.0, 0.0, 0.0, 1.0]);
+        // The quaternion is the rotation of the chain.
+        let chain = robot
+            .chain(body("slide"), body("finger"))
+            .expect("one tree");
+        let pose = chain.moved(&state).pose;
+        let (place, turn) = numbers[numbers.len() - 7..].split_at(3);
+        near(place, &pose.translation);
+        let quaternion = Quaternion::xyzw([turn[0], turn[1], turn[2], turn[3]]);
+        near(&quaternion.matrix().concat(), &pose.rotation.concat());
+        assert!(turn[3] >= 0.0);
         // The numbers of the first row of the Jacobian: x of the velocity, by joints.
         let x: Vec<f64> = moved
             .jacobian

@@ -123,24 +123,21 @@ fn rust(cell: &Cell) -> String {
 }
 
 /// A program in C or C++ around calls of functions.
-fn around(count: usize, begin: &str, calls: &[(&str, String)]) -> String {
-    let rows: Vec<String> = states(count)
-        .iter()
-        .map(|row| format!("{row:?}").replace('[', "{").replace(']', "}"))
-        .collect();
+fn around(begin: &str, calls: &[(&str, String)]) -> String {
     let mut out = format!(
-        "#include <stdio.h>\n#include <stdlib.h>\n#include <time.h>\n\
-        static const double Q[{STATES}][{count}] = {{{}}};\n\
+        "#include <math.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <time.h>\n\
         static double now(void) {{ struct timespec t; clock_gettime(CLOCK_MONOTONIC, &t); return t.tv_sec * 1e9 + t.tv_nsec; }}\n\
         static int less(const void *a, const void *b) {{ double x = *(const double *)a, y = *(const double *)b; return (x > y) - (x < y); }}\n\
-        #define HIDE(p) __asm__ volatile(\"\" : : \"r\"(p) : \"memory\")\n{begin}\n",
-        rows.join(",\n")
+        static double number(int at) {{ return fmod(at * 0.754877666 + 0.3, 1.0) * 2.0 - 1.0; }}\n\
+        #define HIDE(p) __asm__ volatile(\"\" : : \"r\"(p) : \"memory\")\n{begin}\n\
+        \x20   double *Q = (double *)malloc({STATES} * count * sizeof *Q);\n\
+        \x20   for (int at = 0; at < {STATES} * count; at++) Q[at] = number(at);\n"
     );
     for (name, call) in calls {
         writeln!(
             out,
             "    {{ double times[{BLOCKS}]; for (int block = 0; block < {BLOCKS}; block++) {{ double start = now();\n\
-            \x20     for (int run = 0; run < {RUNS}; run++) {{ const double *q = Q[run % {STATES}]; HIDE(q); {call} }}\n\
+            \x20     for (int run = 0; run < {RUNS}; run++) {{ const double *q = Q + run % {STATES} * count; HIDE(q); {call} }}\n\
             \x20     times[block] = (now() - start) / {RUNS}; }}\n\
             \x20     qsort(times, {BLOCKS}, sizeof times[0], less); printf(\"{name} %.17g\\n\", times[{BLOCKS} / 2]); }}"
         )
@@ -162,36 +159,30 @@ fn c(cell: &Cell) -> String {
             )
         })
         .collect();
-    let begin = "#include \"cell.h\"\nint main(void)\n{";
-    around(cell.robot.coordinates.len(), begin, &calls)
+    let count = cell.robot.coordinates.len();
+    let begin = format!("#include \"cell.h\"\nint main(void)\n{{\n    const int count = {count};");
+    around(&begin, &calls)
 }
 
-fn pinocchio(cell: &Cell, robot: &Robot, file: &Path) -> String {
-    let frames: Vec<String> = robot.tips.iter().map(|tip| format!("\"{tip}\"")).collect();
-    let count = cell.robot.coordinates.len();
-    let begin = format!(
-        "#include <pinocchio/multibody.hpp>\n#include <pinocchio/serialization.hpp>\n#include <pinocchio/algorithm/jacobian.hpp>\n\
-        #include <pinocchio/algorithm/frames.hpp>\n#include <pinocchio/algorithm/rnea.hpp>\n\
-        #include <pinocchio/algorithm/aba.hpp>\nnamespace p = pinocchio;\nint main()\n{{\n\
-        \x20   p::Model model; model.loadFromText(\"{}\");\n    p::Data data(model);\n\
-        \x20   if (model.nq != {count}) {{ fprintf(stderr, \"%d positions\\n\", model.nq); return 1; }}\n\
-        \x20   const char *names[] = {{{}}};\n    std::vector<p::FrameIndex> frames;\n\
-        \x20   for (const char *name : names) frames.push_back(model.getFrameId(name, p::BODY));\n\
+/// The program of Pinocchio. Its arguments: the file of a model, and the names of frames.
+fn pinocchio() -> String {
+    let begin = "#include <pinocchio/multibody.hpp>\n#include <pinocchio/serialization.hpp>\n\
+        #include <pinocchio/algorithm/jacobian.hpp>\n#include <pinocchio/algorithm/frames.hpp>\n\
+        #include <pinocchio/algorithm/rnea.hpp>\n#include <pinocchio/algorithm/aba.hpp>\n\
+        namespace p = pinocchio;\nint main(int arguments, char **words)\n{\n\
+        \x20   p::Model model; model.loadFromText(words[1]);\n    p::Data data(model);\n    const int count = model.nq;\n\
+        \x20   std::vector<p::FrameIndex> frames;\n\
+        \x20   for (int at = 2; at < arguments; at++) frames.push_back(model.getFrameId(words[at], p::BODY));\n\
         \x20   std::vector<p::Data::Matrix6x> jacobians(frames.size(), p::Data::Matrix6x::Zero(6, model.nv));\n\
-        \x20   typedef Eigen::Map<const Eigen::VectorXd> V;",
-        file.display(),
-        frames.join(", ")
-    );
-    let one = format!("V x(q, {count}); ");
+        \x20   typedef Eigen::Map<const Eigen::VectorXd> V;";
+    let one = "V x(q, count); ";
     // A frame of one arm has its chain only, as the printed code does.
-    let motion = if robot.tips.len() == 1 {
-        "p::computeFrameJacobian(model, data, x, frames[0], p::LOCAL_WORLD_ALIGNED, jacobians[0]); \
-        p::updateFramePlacement(model, data, frames[0]); HIDE(&jacobians[0]); HIDE(&data);"
-    } else {
-        "p::computeJointJacobians(model, data, x); for (size_t at = 0; at < frames.size(); at++) { \
+    let motion = "if (frames.size() == 1) { \
+        p::computeFrameJacobian(model, data, x, frames[0], p::LOCAL_WORLD_ALIGNED, jacobians[0]); \
+        p::updateFramePlacement(model, data, frames[0]); HIDE(&jacobians[0]); } else { \
+        p::computeJointJacobians(model, data, x); for (size_t at = 0; at < frames.size(); at++) { \
         p::updateFramePlacement(model, data, frames[at]); \
-        p::getFrameJacobian(model, data, frames[at], p::LOCAL_WORLD_ALIGNED, jacobians[at]); HIDE(&jacobians[at]); } HIDE(&data);"
-    };
+        p::getFrameJacobian(model, data, frames[at], p::LOCAL_WORLD_ALIGNED, jacobians[at]); HIDE(&jacobians[at]); } } HIDE(&data);";
     let calls = [
         (FUNCTIONS[0], format!("{one}{motion}")),
         (
@@ -203,18 +194,14 @@ fn pinocchio(cell: &Cell, robot: &Robot, file: &Path) -> String {
             format!("{one}p::aba(model, data, x, x, x); HIDE(&data);"),
         ),
     ];
-    around(count, &begin, &calls)
+    around(begin, &calls)
 }
 
 /// The times of functions that a program prints.
-fn times(program: &Path, libraries: Option<&Path>) -> BTreeMap<String, f64> {
-    let mut command = Command::new(program);
-    if let Some(libraries) = libraries {
-        command.env("LD_LIBRARY_PATH", libraries);
-    }
+fn times(command: &mut Command) -> BTreeMap<String, f64> {
     let output = command.output().expect("it starts");
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}: {errors}", program.display());
+    assert!(output.status.success(), "{command:?}: {errors}");
     let text = String::from_utf8(output.stdout).expect("a text");
     let rows = text.lines().filter_map(|line| line.split_once(' '));
     rows.map(|(name, time)| (name.to_owned(), time.parse().expect("a number")))
@@ -274,6 +261,32 @@ fn main() {
         "| | printing | C | compiling C | sums, products, functions |\n|---|---|---|---|---|\n",
     );
     let mut met = true;
+    // Once for all robots: it takes minutes.
+    std::fs::write(at("pin.cpp"), pinocchio()).expect("a file");
+    let libraries = prefix.join("lib");
+    let include = format!("-I{}", text(&prefix.join("include")));
+    let eigen = format!("-I{}", text(&prefix.join("include/eigen3")));
+    let library = format!("-L{}", text(&libraries));
+    compiled(&[
+        "c++",
+        "-std=c++17",
+        "-O3",
+        "-DNDEBUG",
+        "-w",
+        // As its CMake files say.
+        "-DBOOST_FUSION_INVOKE_MAX_ARITY=10",
+        "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+        "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+        &include,
+        &eigen,
+        &at("pin.cpp"),
+        "-o",
+        &at("in_cpp"),
+        &library,
+        "-lboost_serialization",
+        "-lpinocchio_default",
+        "-Wl,--allow-shlib-undefined",
+    ]);
     for robot in &ROBOTS {
         let file = prefix
             .join("share/example-robot-data/robots")
@@ -291,7 +304,6 @@ fn main() {
         let model = folder.join("model.txt");
         let save = "import pinocchio, sys; pinocchio.buildModelFromUrdf(sys.argv[1]).saveToText(sys.argv[2])";
         compiled(&[&text(python), "-c", save, &text(&file), &text(&model)]);
-        std::fs::write(at("pin.cpp"), pinocchio(&cell, robot, &model)).expect("a file");
         compiled(&[
             "rustc",
             "--edition=2021",
@@ -309,34 +321,11 @@ fn main() {
             &at("in_c"),
             "-lm",
         ]);
-        let libraries = prefix.join("lib");
-        let include = format!("-I{}", text(&prefix.join("include")));
-        let eigen = format!("-I{}", text(&prefix.join("include/eigen3")));
-        let library = format!("-L{}", text(&libraries));
-        compiled(&[
-            "c++",
-            "-std=c++17",
-            "-O3",
-            "-DNDEBUG",
-            "-w",
-            // As its CMake files say.
-            "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
-            "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
-            &include,
-            &eigen,
-            &at("pin.cpp"),
-            "-o",
-            &at("in_cpp"),
-            &library,
-            "-lboost_serialization",
-            "-lpinocchio_default",
-            "-Wl,--allow-shlib-undefined",
-        ]);
-        let (rust, c) = (
-            times(&folder.join("in_rust"), None),
-            times(&folder.join("in_c"), None),
-        );
-        let theirs = times(&folder.join("in_cpp"), Some(&libraries));
+        let rust = times(&mut Command::new(folder.join("in_rust")));
+        let c = times(&mut Command::new(folder.join("in_c")));
+        let mut theirs = Command::new(folder.join("in_cpp"));
+        theirs.arg(&model).args(robot.tips);
+        let theirs = times(theirs.env("LD_LIBRARY_PATH", &libraries));
         for (at, name) in FUNCTIONS.into_iter().enumerate() {
             let solver = &cell.solvers[at];
             let slow = interpreted(solver, cell.robot.coordinates.len());
