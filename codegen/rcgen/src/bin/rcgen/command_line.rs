@@ -156,8 +156,8 @@ pub(crate) enum Command {
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
-        /// (JSON), graphml, turtle (RDF, with the schema as SHACL), graph (the part of a domain); rust, c or
-        /// python (code without dependencies).
+        /// (JSON), graphml, turtle (RDF, with the schema as SHACL), graph (the part of a domain); rust, c,
+        /// cpp, python or ctypes (solvers as code).
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
