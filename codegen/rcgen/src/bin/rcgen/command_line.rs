@@ -478,7 +478,7 @@ pub(crate) enum Target {
 
 const TARGETS: [&str; 13] = [
     "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "cpp",
-    "python",
+    "python", "ctypes",
 ];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
