@@ -353,7 +353,12 @@ impl Collector {
                     Coverage::default()
                 }
             };
-            let hops: Vec<Coverage> = places.hops.iter().map(coverage).collect();
+            let mut hops: Vec<Coverage> = places.hops.iter().map(coverage).collect();
+            for (hop, (_, pair)) in &places.stamps {
+                if *pair >= MOST_PAIRS {
+                    hops[*hop] = Coverage::default();
+                }
+            }
             joiner.end_round(begun, places.source.as_ref().map(coverage), &hops);
             let changes = joiner.take_changes().into_iter();
             news.extend(changes.map(|change| News::Changed(number, change)));
