@@ -3,6 +3,7 @@
 use super::networks::{running_here, running_networks};
 use super::output::Failure;
 use clap::Command;
+use rc_deploy_client::names::check_name;
 use rc_deploy_client::{logs, status};
 use std::ffi::OsString;
 use std::path::Path;
@@ -45,8 +46,10 @@ pub(super) fn with_network(
         ([one], Some(first)) if running_here().contains(one) => {
             let fits = || command.clone().try_get_matches_from(with(one)).is_ok();
             let is_mistyped = rc_diagnostics::nearest(&first, [one.as_str()]).is_some();
-            let is_network =
-                (is_mistyped || logs::directory(&first).exists()) && !is_component(one, &first);
+            // The path of a file is no name.
+            let has_logs =
+                || check_name("network", &first).is_ok() && logs::directory(&first).exists();
+            let is_network = (is_mistyped || has_logs()) && !is_component(one, &first);
             Ok(if is_network || !fits() {
                 words
             } else {
