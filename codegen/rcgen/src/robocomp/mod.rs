@@ -29,6 +29,8 @@ pub struct Import {
     pub files: Files,
     /// What stays to be done: of whom, and in sentences.
     pub left: Vec<(String, Vec<String>)>,
+    /// The components that a network starts.
+    placed: BTreeSet<String>,
 }
 
 /// A component of a network.
@@ -96,6 +98,7 @@ impl Import {
                 None => {}
             }
         }
+        import.take_unreachable(&components);
         if !others.is_empty() {
             import.left.push(("Other files".to_owned(), others));
         }
@@ -122,6 +125,32 @@ impl Import {
              - Programs that speak Ice cannot be reached. An `external` slot waits for a component that serves it.\n",
         );
         out
+    }
+
+    /// Lists the endpoints that no component serves, of components that no network starts.
+    fn take_unreachable(&mut self, components: &[Component]) {
+        let all = components.iter().flat_map(|component| &component.settings);
+        let served: BTreeSet<(&str, u16)> = all
+            .flat_map(|settings| &settings.endpoints)
+            .map(|(slot, port)| (slot.as_str(), *port))
+            .collect();
+        let alone = components.iter().zip(&mut self.left);
+        for (component, (_, left)) in alone {
+            let name = &component.name;
+            let proxies = component
+                .settings
+                .first()
+                .map_or(&[][..], |s| &s.proxies[..]);
+            for (slot, address) in proxies.iter().filter(|_| !self.placed.contains(name)) {
+                if !served.contains(&(slot.as_str(), address.port)) {
+                    let (host, port) = (clean(&address.host), address.port);
+                    let slot = clean(slot);
+                    left.push(format!(
+                        "`{slot}`: no component of the folder serves {host}:{port}"
+                    ));
+                }
+            }
+        }
     }
 
     /// Copies the interfaces, each file name once.
@@ -193,6 +222,7 @@ impl Import {
                 name.push_str("_2");
             }
             let at = at.unwrap_or(0);
+            self.placed.insert(component.name.clone());
             members.push(Member {
                 name,
                 component,

@@ -42,6 +42,13 @@ fn folder() -> tempfile::TempDir {
         "old/mind/etc/config",
         "# The hand\nGripperProxy = gripper:tcp -h localhost -p 10501\nAgent.id = 55 # Change id\nspeed=1\n",
     );
+    let lonely = "import \"Grip.idsl\";\nComponent lonely\n{\n    Communications { requires Gripper; };\n    language Cpp;\n};\n";
+    write(path, "old/lonely/lonely.cdsl", lonely);
+    write(
+        path,
+        "old/lonely/etc/config",
+        "Proxies.Gripper = \"gripper:tcp -h 10.0.0.8 -p 10777\"\n",
+    );
     write(path, "old/torn/torn.cdsl", "Component {");
     write(
         path,
@@ -165,6 +172,10 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
 
         - `Period.Emergency` is left out: `emergency` runs with the period of `compute`
         - 3 lines of code in old/hand/src stay; move them into the worker that `rcgen generate` makes (docs/from-robocomp.md)
+
+        ## lonely
+
+        - `Gripper`: no component of the folder serves 10.0.0.8:10777
 
         ## mind
 
