@@ -137,15 +137,16 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn parameter(path: &str, value: Value) -> Value {
+    fn parameter(path: &str, value: impl Into<Value>) -> Value {
+        let value: Value = value.into();
         json!({ "path": path, "value": value, "allowed": "", "editable": true, "restart": false, "secret": false })
     }
 
     #[test]
     fn a_file_has_what_it_is_read_as() {
-        let mut secret = parameter("token", "***".into());
+        let mut secret = parameter("token", "***");
         secret["secret"] = true.into();
-        let mut pending = parameter("device", "/dev/a".into());
+        let mut pending = parameter("device", "/dev/a");
         pending["pending"] = "/dev/\u{7f}\"b\"\n".into();
         let motor = json!({ "file": null, "parameters": [
             parameter("motors[0].max", json!(1.25)), parameter("gains", json!([1, 2])),
