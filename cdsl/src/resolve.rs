@@ -12,7 +12,7 @@ use crate::resolver::Resolver;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_idsl::Session;
 use rc_idsl::model::{InterfaceId, Library, ModuleId};
-use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use rc_syntax::{Literal, LiteralKind, Loader, Name, import_edit};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -60,8 +60,17 @@ pub fn load(
             library,
             imports,
             failed_imports,
+            imported: file
+                .imports
+                .iter()
+                .map(|one| stem(&one.text).to_owned())
+                .collect(),
             import_exists: &|name| loader.find(&path, name, "idsl").is_ok(),
             import_lookups: 0,
+            import_edit: &|file| {
+                let (at, new) = import_edit(sources.text(source), file);
+                (Span::new(source, at, at), new)
+            },
             found: &mut found,
         };
         Component {

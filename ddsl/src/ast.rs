@@ -21,6 +21,8 @@ pub struct Deployment {
     pub doc: Vec<String>,
     /// Declarations in the network, in the order of the file.
     pub decls: Vec<Decl>,
+    /// Its `}`.
+    pub end: Span,
 }
 
 /// A declaration in a deployment or a group.
@@ -215,6 +217,8 @@ pub struct Group {
     pub proxies: Vec<(Name, Option<Middleware>)>,
     /// Whether input was skipped, with an error.
     pub incomplete: bool,
+    /// Its `}`.
+    pub end: Span,
 }
 
 /// `bind avoider.Laser -> sensors.Laser;`

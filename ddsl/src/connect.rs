@@ -402,6 +402,15 @@ impl<'a> Connector<'a> {
         }
     }
 
+    /// The name of an instance, the end of the block around it, and the indentation of that block.
+    fn block_of(&self, end: Endpoint) -> (Span, Span, String) {
+        let instance = self.instance(end);
+        let group = instance.group.map(|at| &self.deployment.groups[at]);
+        let block = group.map_or(self.deployment.end, |group| group.end);
+        let depth = self.deployment.enclosing(instance.group).count();
+        (instance.name.span, block, "    ".repeat(depth))
+    }
+
     fn report_several_providers(&mut self, consumer: Endpoint, seen: &[Endpoint]) {
         let listed = seen.iter().take(MAX_LISTED);
         let mut names: Vec<String> = listed.map(|p| format!("`{}`", self.name(*p))).collect();
@@ -414,13 +423,14 @@ impl<'a> Connector<'a> {
             names.join(", ")
         );
         let bind = format!(
-            "`bind {} -> {};`",
+            "bind {} -> {};",
             self.name_beside(consumer, consumer),
             self.name_beside(consumer, seen[0])
         );
-        let help = format!("choose one{}: {bind}", self.in_group(consumer));
-        let span = self.instance(consumer).name.span;
+        let help = format!("choose one{}: `{bind}`", self.in_group(consumer));
+        let (span, end, indent) = self.block_of(consumer);
         let error = Diagnostic::error("several-providers", span, message).help(help);
+        let error = error.addition(end, format!("    {bind}\n{indent}"));
         self.report(consumer, None, error);
     }
 

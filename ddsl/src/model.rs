@@ -19,6 +19,8 @@ pub struct Deployment {
     pub name: Name,
     /// The lines of its documentation.
     pub doc: Vec<String>,
+    /// The `}` of its block.
+    pub end: Span,
     /// All hosts.
     pub hosts: Vec<Host>,
     /// All components, in the order of the files. Components of a group are adjacent.
@@ -205,6 +207,8 @@ pub struct Group {
     pub exports: Vec<Name>,
     /// The proxy, which represents the group outside.
     pub proxy: Option<Proxy>,
+    /// The `}` of its block.
+    pub end: Span,
 }
 
 /// The component that is a group for everybody outside: `proxy;` or `proxy ros2;`

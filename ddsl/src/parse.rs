@@ -110,10 +110,12 @@ fn deployment(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Deployment {
         name: Name::new("", r.span(&pair)),
         doc: r.doc(&pair),
         decls: Vec::new(),
+        end: r.span(&pair),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => deployment.name = r.name(&part),
+            Rule::close => deployment.end = r.span(&part),
             Rule::decl => {
                 let what = "a declaration of a deployment";
                 deployment.decls.extend(decl(r, part, DEPLOYMENT, what));
@@ -212,10 +214,12 @@ fn group(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Group {
         exports: Vec::new(),
         proxies: Vec::new(),
         incomplete: false,
+        end: r.span(&pair),
     };
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::name => group.name = r.name(&part),
+            Rule::close => group.end = r.span(&part),
             Rule::export => {
                 let word = r.first_word(&part);
                 group.exports.push((word, r.texts(part)));

@@ -40,6 +40,7 @@ pub fn load(
         deployment: Deployment {
             name: main.tree.name.clone(),
             doc: main.tree.doc.clone(),
+            end: main.tree.end,
             hosts: Vec::new(),
             instances: Vec::new(),
             processes: Vec::new(),
@@ -269,6 +270,7 @@ impl<'a> Resolver<'a> {
             instances: first..first,
             exports,
             proxy,
+            end: tree.end,
         });
         if let Some(proxy) = self.deployment.groups[number].proxy.as_ref() {
             let settings = &mut self.deployment.instances[proxy.instance].settings;

@@ -4,6 +4,7 @@
 //! `common.pest` is the shared part of the grammars. Each parser includes it before its own rules.
 
 mod format;
+mod import_edit;
 mod lexical;
 mod literal;
 mod loader;
@@ -14,6 +15,7 @@ mod trivia;
 mod unit;
 
 pub use format::{Style, Token, TokenKind, format, tokens, with_ends_of};
+pub use import_edit::import_edit;
 pub use literal::{Literal, LiteralKind, unescape};
 pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader, home_in_path};
 pub use parse_context::{Language, ParseContext, Terminal};

@@ -174,7 +174,15 @@ impl Resolver<'_> {
                 let diagnostic = if self.import_lookups > MAX_IMPORT_LOOKUPS {
                     diagnostic
                 } else if (self.import_exists)(&name.text) {
-                    diagnostic.help(format!("add {import}"))
+                    let diagnostic = diagnostic.help(format!("add {import}"));
+                    let file = format!("{}.idsl", name.text);
+                    // An imported file without the interface is not imported again.
+                    if self.imported.contains(&name.text) {
+                        diagnostic
+                    } else {
+                        let (place, new) = (self.import_edit)(&file);
+                        diagnostic.addition(place, new)
+                    }
                 } else if near.is_some() {
                     diagnostic.did_you_mean(&name.text, near)
                 } else {

@@ -9,6 +9,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, Span};
 use rc_syntax::{Literal, LiteralKind};
 use rc_vocabulary::duration;
 use serde_json::Value as Json;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 
@@ -140,15 +141,21 @@ pub(crate) fn overridden(
                 (g.path.clone(), value, g.span)
             });
             let set: Vec<(String, Json, Span)> = file.chain(line).collect();
-            check(&live, set, found)
+            let values = instance.parameters.iter();
+            let values = values.filter_map(|p| match &p.value {
+                ParameterValue::One(literal) => Some((p.path.span, literal.span)),
+                ParameterValue::Array(_) => None,
+            });
+            check(&live, set, &values.collect(), found)
         })
         .collect()
 }
 
-/// Checks the values of one instance.
+/// Checks the values of one instance. `values` has the place of each value by that of its name.
 fn check(
     live: &LiveParameters,
     set: Vec<(String, Json, Span)>,
+    values: &BTreeMap<Span, Span>,
     found: &mut Diagnostics,
 ) -> OverriddenParameters {
     let (mut open, mut has_secrets) = (Vec::new(), false);
@@ -178,7 +185,13 @@ fn check(
                 .collect(),
         },
         Err(errors) => {
-            found.extend(errors);
+            found.extend(errors.into_iter().map(|mut error| {
+                let place = values.get(&error.span).copied();
+                if let Some(fix) = &mut error.fix {
+                    fix.place = fix.place.or(place);
+                }
+                error
+            }));
             OverriddenParameters::default()
         }
     }

@@ -350,6 +350,12 @@ impl Range {
             && self.max.as_ref().is_none_or(|max| at_most(value, max))
     }
 
+    /// The limit that a value outside exceeds. `None` for one that has no order with the limits.
+    pub fn nearest(&self, value: &Value) -> Option<&Value> {
+        let below = self.min.as_ref().filter(|min| at_most(value, min));
+        below.or_else(|| self.max.as_ref().filter(|max| at_most(max, value)))
+    }
+
     /// "from 0 to 127", for messages.
     pub fn described(&self) -> String {
         let text = |value: &Value| match value {

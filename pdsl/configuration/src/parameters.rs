@@ -224,6 +224,7 @@ impl Reader<'_> {
         path: &str,
         at: Span,
     ) -> Option<Value> {
+        let mut nearest = None;
         let (code, value) = match document::value(item)
             .ok_or(ConversionError::WrongType)
             .and_then(|value| ty.convert(&value))
@@ -236,6 +237,10 @@ impl Reader<'_> {
                     .as_ref()
                     .is_some_and(|range| !range.contains(&value)) =>
             {
+                nearest = parameter
+                    .range
+                    .as_ref()
+                    .and_then(|range| range.nearest(&value));
                 ("out-of-range", Some(value))
             }
             Ok(Value::Text(text))
@@ -264,8 +269,12 @@ impl Reader<'_> {
             Some(text) => duration::help(text, &allowed),
             None => format!("allowed is {allowed}"),
         };
-        self.found
-            .push(Diagnostic::error(code, at, message).help(help));
+        let mut error = Diagnostic::error(code, at, message).help(help);
+        // A duration has quotes in a configuration only: another fix would be needed in a network.
+        if let (Some(limit), false) = (nearest, item.is_str() || parameter.secret) {
+            error = error.likely_fix(item.to_string().trim(), limit.to_toml());
+        }
+        self.found.push(error);
         None
     }
 }

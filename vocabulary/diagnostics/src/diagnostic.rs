@@ -119,20 +119,41 @@ impl Diagnostic {
             old: old.into(),
             new: new.into(),
             certain: true,
+            place: None,
+        }));
+        self
+    }
+
+    /// Sets a suggestion: `new` instead of `old` at the location.
+    #[must_use]
+    pub fn likely_fix(mut self, old: impl Into<String>, new: impl Into<String>) -> Self {
+        self.fix = Some(Box::new(Fix {
+            old: old.into(),
+            new: new.into(),
+            certain: false,
+            place: None,
+        }));
+        self
+    }
+
+    /// Sets a suggestion: the declaration `new` is added at the start of `place`.
+    #[must_use]
+    pub fn addition(mut self, place: Span, new: impl Into<String>) -> Self {
+        self.fix = Some(Box::new(Fix {
+            old: String::new(),
+            new: new.into(),
+            certain: false,
+            place: Some(Span::new(place.source, place.start, place.start)),
         }));
         self
     }
 
     /// Suggests `near` instead of `name` if it is `Some`.
     #[must_use]
-    pub fn did_you_mean(mut self, name: &str, near: Option<&str>) -> Self {
+    pub fn did_you_mean(self, name: &str, near: Option<&str>) -> Self {
         let Some(near) = near else { return self };
-        self.fix = Some(Box::new(Fix {
-            old: name.to_owned(),
-            new: near.to_owned(),
-            certain: false,
-        }));
-        self.help(format!("did you mean `{near}`?"))
+        self.likely_fix(name, near)
+            .help(format!("did you mean `{near}`?"))
     }
 
     /// Suggests the candidate nearest to `name`. If none is near, lists up to 12 candidates. Among more

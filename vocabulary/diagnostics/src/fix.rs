@@ -5,7 +5,7 @@ use crate::{Diagnostics, SourceId, SourceMap, Span};
 /// The longest text that is fixed, in bytes.
 const LONGEST: usize = 4096;
 
-/// The solution of the problem of a diagnostic: a replacement in its location.
+/// The solution of the problem of a diagnostic: a replacement in its location, or elsewhere.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
     /// The text that is replaced, which occurs once in the location of the diagnostic. Empty for an
@@ -15,12 +15,16 @@ pub struct Fix {
     pub new: String,
     /// Whether only this can have been meant. A near name is a suggestion.
     pub certain: bool,
+    /// Where the replacement is, if it is not in the location of the diagnostic. Its text may then have
+    /// quotes and ends of lines: no part of it comes from another program.
+    pub place: Option<Span>,
 }
 
 impl Fix {
     /// The edit of the diagnostic at `span`. `None` if the text there does not hold [`Fix::old`]
     /// exactly once, as a whole word, or if the new text needs quotes of its own.
     pub fn edit(&self, sources: &SourceMap, span: Span) -> Option<Edit> {
+        let span = self.place.unwrap_or(span);
         let text = sources.text(span.source).get(span.start..span.end)?;
         // Searching or printing a word in many long texts would take too long.
         if text.len() > LONGEST || self.new.len() > LONGEST {
@@ -28,7 +32,7 @@ impl Fix {
         }
         let plain = |c: char| !c.is_control() && !matches!(c, '"' | '\\' | '`');
         let quotes = self.new == "\"" && self.certain;
-        if !quotes && !self.new.chars().all(plain) {
+        if !quotes && self.place.is_none() && !self.new.chars().all(plain) {
             return None;
         }
         let mut places = text.match_indices(&self.old).map(|(at, _)| at);
@@ -72,10 +76,10 @@ pub fn edits(
 ) -> Vec<Edit> {
     let mut edits: Vec<Edit> = found
         .iter()
-        .filter(|diagnostic| diagnostic.span.source == source)
         .filter_map(|diagnostic| {
             let fix = diagnostic.fix.as_ref()?;
-            let wanted = likely || fix.certain;
+            let place = fix.place.unwrap_or(diagnostic.span);
+            let wanted = place.source == source && (likely || fix.certain);
             wanted.then(|| fix.edit(sources, diagnostic.span))?
         })
         .collect();
@@ -123,6 +127,7 @@ mod tests {
                 old: (*old).to_owned(),
                 new: (*new).to_owned(),
                 certain: *certain,
+                place: None,
             }));
             found.push(one);
         }

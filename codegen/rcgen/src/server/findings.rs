@@ -251,10 +251,9 @@ impl Finding {
         }
         let fix = diagnostic.fix.as_ref().and_then(|fix| {
             let edit = fix.edit(sources, diagnostic.span)?;
-            let new = text(&edit.text);
             let title = match fix.old.as_str() {
-                "" => format!("Add `{new}`"),
-                _ => format!("Write `{new}`"),
+                "" => format!("Add `{}`", text(edit.text.trim())),
+                _ => format!("Write `{}`", text(&edit.text)),
             };
             let range = encoding.range(sources, edit.span);
             Some(Fix {

@@ -1,4 +1,4 @@
-//! `rcgen check --fix`.
+//! `rcgen fix`.
 
 use crate::folders::rcgen;
 use rc_diagnostics::{SourceMap, fix};
@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Writes a file and runs `rcgen check` with some words. Returns its exit code, what it printed, and
-/// the file.
-fn check(folder: &Path, file: &str, text: &str, words: &[&str]) -> (i32, String, String, String) {
+/// Writes a file and runs a command of `rcgen` on it. Returns its exit code, what it printed, and the file.
+fn run(folder: &Path, file: &str, text: &str, words: &[&str]) -> (i32, String, String, String) {
     std::fs::write(folder.join(file), text).expect("a file");
-    let words: Vec<&str> = ["check", file].iter().chain(words).copied().collect();
+    let words: Vec<&str> = words.iter().copied().chain([file]).collect();
     let (code, out, err) = rcgen(folder, &words);
     let after = std::fs::read_to_string(folder.join(file)).expect("a file");
     (code, out, err, after)
@@ -21,7 +20,7 @@ fn check(folder: &Path, file: &str, text: &str, words: &[&str]) -> (i32, String,
 fn what_can_only_be_meant_is_fixed() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = "\u{feff}module M\r\n{\u{a0}struct S { int x\r\n int y }\r\n};\r\n";
-    let (code, out, err, after) = check(folder.path(), "m.idsl", text, &["--fix"]);
+    let (code, out, err, after) = run(folder.path(), "m.idsl", text, &["fix"]);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     let fixed = "\u{feff}module M\r\n{ struct S { int x;\r\n int y; }\r\n};\r\n";
     assert_eq!(after, fixed);
@@ -36,10 +35,10 @@ fn what_can_only_be_meant_is_fixed() {
     );
     // A suggestion is none of these.
     let text = "module M { struct S { strign name; }; };";
-    let (code, out, err, after) = check(folder.path(), "n.idsl", text, &["--fix"]);
+    let (code, out, err, after) = run(folder.path(), "n.idsl", text, &["check", "--fix"]);
     assert_eq!((code, out.as_str(), after.as_str()), (1, "", text));
     assert!(
-        err.ends_with("`rcgen check --fix=likely` fixes 1 of these\n"),
+        err.ends_with("`rcgen fix --likely` fixes 1 of these\n"),
         "{err}"
     );
 }
@@ -52,15 +51,12 @@ fn near_names_are_fixed_on_demand_in_every_file_that_was_read() {
     std::fs::write(folder.join("Grip.idsl"), grip).expect("a file");
     let text = "import \"Grip.idsl\";\nimport \"Laser.idsl\";\n\
                 Component c { Communications { requires Lasr; implements Girp }; langauge rust; };\n";
-    let (code, _, err, after) = check(folder, "c.cdsl", text, &[]);
+    let (code, _, err, after) = run(folder, "c.cdsl", text, &["check"]);
     assert_eq!((code, after.as_str()), (1, text));
-    assert!(
-        err.contains("`rcgen check --fix` fixes 1 of these"),
-        "{err}"
-    );
-    assert!(err.contains("`rcgen check --fix=likely` fixes"), "{err}");
+    assert!(err.contains("`rcgen fix` fixes 1 of these"), "{err}");
+    assert!(err.contains("`rcgen fix --likely` fixes"), "{err}");
 
-    let (code, out, err, after) = check(folder, "c.cdsl", text, &["--fix=likely"]);
+    let (code, out, err, after) = run(folder, "c.cdsl", text, &["fix", "--likely"]);
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     assert!(
         after.ends_with("requires Laser; implements Grip; }; language rust; };\n"),
@@ -73,7 +69,7 @@ fn near_names_are_fixed_on_demand_in_every_file_that_was_read() {
     let grip = std::fs::read_to_string(folder.join("Grip.idsl")).expect("a file");
     assert!(grip.contains("{ float newton; }"), "{grip}");
     // Nothing is left to do.
-    let again = rcgen(folder, &["check", "c.cdsl", "--fix=likely"]);
+    let again = rcgen(folder, &["fix", "--likely", "c.cdsl"]);
     assert_eq!(again, (0, String::new(), String::new()));
 }
 
@@ -81,7 +77,12 @@ fn near_names_are_fixed_on_demand_in_every_file_that_was_read() {
 fn editors_get_the_edit() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = "module M { struct S { strign name }; };";
-    let (_, _, err, after) = check(folder.path(), "m.idsl", text, &["--format", "json"]);
+    let (_, _, err, after) = run(
+        folder.path(),
+        "m.idsl",
+        text,
+        &["check", "--format", "json"],
+    );
     assert_eq!(after, text);
     let edits: Vec<serde_json::Value> = err
         .lines()
@@ -95,6 +96,51 @@ fn editors_get_the_edit() {
     assert_eq!(fix(1)["text"], ";");
     assert_eq!(fix(1)["certain"], true);
     assert_eq!(fix(1)["start"], fix(1)["end"]);
+}
+
+#[test]
+fn what_is_missing_is_added_and_limits_are_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let write = |file: &str, text: &str| std::fs::write(folder.join(file), text).expect("a file");
+    let grip = "module Grip { interface Grip { void press(float f); }; };\n";
+    write("Grip.idsl", grip);
+    write(
+        "hand.pdsl",
+        "ComponentParams hand { speed float 1.0 0:2; };\n",
+    );
+    let header = "// About the file.\n\n";
+    let hand = "Component hand { Communications { implements Grip; }; language rust; parameters \"hand.pdsl\"; };\n";
+    let (code, out, err, after) = run(
+        folder,
+        "hand.cdsl",
+        &format!("{header}{hand}"),
+        &["fix", "--likely"],
+    );
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    assert_eq!(after, format!("{header}import \"Grip.idsl\";\n\n{hand}"));
+    assert_eq!(out, "fix hand.cdsl:3:1: add `import \"Grip.idsl\";`\n");
+    // A file that is imported already, and has no such interface.
+    write("Other.idsl", "module Other { };\n");
+    let text = "import \"Other.idsl\";\nComponent c { Communications { requires Other; }; language rust; };\n";
+    let (code, out, _, after) = run(folder, "c.cdsl", text, &["fix", "--likely"]);
+    assert_eq!((code, out.as_str(), after.as_str()), (1, "", text));
+
+    write(
+        "asker.cdsl",
+        "import \"Grip.idsl\";\nComponent asker { Communications { requires Grip; }; language rust; };\n",
+    );
+    let network = "Deployment n\n{\n    Component a { cdsl \"hand.cdsl\"; parameters { speed 7.5; }; };\n    Component b { cdsl \"hand.cdsl\"; };\n    Component c { cdsl \"asker.cdsl\"; };\n};\n";
+    write("n.ddsl", network);
+    let mut editor = crate::lsp::Editor::open_folder(folder);
+    editor.open("n.ddsl", network);
+    editor.wait_for("n.ddsl", &[("out-of-range", 2), ("several-providers", 4)]);
+    let fixes = editor.fixes("n.ddsl");
+    assert_eq!(
+        fixes,
+        ["2:55 Write `2.0`", "5:0 Add `bind c.Grip -> a.Grip;`"]
+    );
+    editor.end();
 }
 
 /// The description files below a folder of this repository.

@@ -17,20 +17,15 @@ const ROUNDS: usize = 20;
 pub(crate) fn check(
     files: &[PathBuf],
     robocomp: bool,
-    fix: Option<&str>,
+    fix: Option<FixSelection>,
     common: &Common,
 ) -> Result<(), Failure> {
-    let which = match fix {
-        Some("likely") => Some(FixSelection::Likely),
-        Some(_) => Some(FixSelection::Certain),
-        None => None,
-    };
     let mut rounds = 0;
     loop {
         let mut sources = SourceMap::new();
         let mut found = Diagnostics::new();
         let (mut refused, copies) = look(files, robocomp, common, &mut sources, &mut found)?;
-        if let Some(which) = which.filter(|_| rounds < ROUNDS) {
+        if let Some(which) = fix.filter(|_| rounds < ROUNDS) {
             rounds += 1;
             let (changes, errors) = rcgen::fix::files(&sources, &found, which);
             for change in &changes {
@@ -45,12 +40,12 @@ pub(crate) fn check(
         }
         if rounds == ROUNDS {
             tell(format_args!(
-                "`--fix` stopped after {ROUNDS} rounds of fixes"
+                "`rcgen fix` stopped after {ROUNDS} rounds of fixes"
             ));
         }
         let reported = report(&sources, &found, common.format);
         if common.format == Format::Human {
-            offer(&sources, &found, which);
+            offer(&sources, &found, fix);
         }
         let copies = copies.map_err(manifest);
         return match refused {
@@ -96,7 +91,11 @@ fn line(change: &Change) -> String {
         Some(c) if c.is_whitespace() => format!("U+{:04X}", u32::from(c)),
         _ => shown(&change.old),
     };
-    let new = shown(&change.new);
+    // An addition has ends of lines around it; a space replaces a foreign one.
+    let new = match old.as_str() {
+        "" => shown(change.new.trim()),
+        _ => shown(&change.new),
+    };
     if old.is_empty() {
         format!("{place} add `{new}`")
     } else {
@@ -104,11 +103,11 @@ fn line(change: &Change) -> String {
     }
 }
 
-/// Says how many of the findings `--fix` fixes.
+/// Says how many of the findings `rcgen fix` fixes.
 fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<FixSelection>) {
     let (certain, likely) = rcgen::fix::count(sources, found);
     if certain > 0 && which.is_none() {
-        tell(format_args!("`rcgen check --fix` fixes {certain} of these"));
+        tell(format_args!("`rcgen fix` fixes {certain} of these"));
     }
     if likely > 0 && which != Some(FixSelection::Likely) {
         let all = if which.is_none() {
@@ -116,9 +115,7 @@ fn offer(sources: &SourceMap, found: &Diagnostics, which: Option<FixSelection>) 
         } else {
             likely
         };
-        tell(format_args!(
-            "`rcgen check --fix=likely` fixes {all} of these"
-        ));
+        tell(format_args!("`rcgen fix --likely` fixes {all} of these"));
     }
 }
 

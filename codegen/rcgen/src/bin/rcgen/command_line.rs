@@ -94,10 +94,20 @@ pub(crate) enum Command {
         /// subscribesTo, with a warning. Generating code for it is still refused.
         #[arg(long)]
         robocomp: bool,
-        /// Fixes files, and checks them again: `certain` does what can only be meant, such as a
-        /// missing `;`; `likely` takes near names as well.
-        #[arg(long, value_name = "WHICH", num_args = 0..=1, require_equals = true, default_missing_value = "certain", value_parser = ["certain", "likely"])]
-        fix: Option<String>,
+        /// Fixes files, and checks them again, as `rcgen fix` does.
+        #[arg(long)]
+        fix: bool,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Fixes files, and checks them again: does what can only be meant, such as a missing `;`.
+    Fix {
+        /// Files and folders, as `check` takes them.
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
+        files: Vec<PathBuf>,
+        /// Also takes near names and limits, and adds missing imports and connections.
+        #[arg(long)]
+        likely: bool,
         #[command(flatten)]
         common: Common,
     },

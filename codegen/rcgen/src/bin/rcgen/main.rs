@@ -27,6 +27,7 @@ use export::Request;
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::Common;
+use rcgen::fix::FixSelection;
 use reports::{Failure, print, print_line, system, tell};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -95,7 +96,24 @@ fn main() -> ExitCode {
             robocomp,
             fix,
             common,
-        }) => checks::check(&files, robocomp, fix.as_deref(), &common),
+        }) => checks::check(
+            &files,
+            robocomp,
+            fix.then_some(FixSelection::Certain),
+            &common,
+        ),
+        Some(Command::Fix {
+            files,
+            likely,
+            common,
+        }) => {
+            let which = if likely {
+                FixSelection::Likely
+            } else {
+                FixSelection::Certain
+            };
+            checks::check(&files, false, Some(which), &common)
+        }
         Some(Command::Lsp { include }) => match rcgen::server::run(&include) {
             Ok(true) => Ok(()),
             // The protocol wants this code.

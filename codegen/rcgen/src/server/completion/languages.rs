@@ -10,7 +10,7 @@ use rc_cdsl::settings;
 use rc_configuration::model::{ElementKind, FileKind, Type};
 use rc_diagnostics::SourceMap;
 use rc_idsl::ast::DeclKind;
-use rc_syntax::TokenKind;
+use rc_syntax::import_edit;
 use rc_vocabulary::qos::Values;
 use rc_vocabulary::{Language, Middleware, Primitive};
 
@@ -222,7 +222,7 @@ impl Completion<'_> {
                 paths::relative(own, path).display().to_string()
             };
             for item in items_of(names, Kind::Interface, INTERFACE) {
-                let import = (!known).then(|| import_of(target.text, &wanted));
+                let import = (!known).then(|| import_edit(target.text, &wanted));
                 items.push(Item { import, ..item });
             }
         }
@@ -239,7 +239,7 @@ impl Completion<'_> {
                 doc.push("It comes with this program.".to_owned());
                 let item = Item::new(INTERFACE, name.as_str(), doc.join("\n"));
                 items.push(Item {
-                    import: (!known).then(|| import_of(target.text, file)),
+                    import: (!known).then(|| import_edit(target.text, file)),
                     detail: format!("interface {name}"),
                     ..item
                 });
@@ -318,7 +318,7 @@ impl Completion<'_> {
 }
 
 /// The files that a text imports, as it writes them.
-fn imports_in(text: &str) -> Vec<&str> {
+pub(super) fn imports_in(text: &str) -> Vec<&str> {
     let tokens = rc_syntax::tokens(text);
     let imports = tokens
         .windows(2)
@@ -326,41 +326,7 @@ fn imports_in(text: &str) -> Vec<&str> {
     imports.map(|two| two[1].text.trim_matches('"')).collect()
 }
 
-/// The edit that imports a file: after the last import and a comment of its line, or before the
-/// component and the comments that are about it.
-fn import_of(text: &str, file: &str) -> (usize, String) {
-    let tokens = rc_syntax::tokens(text);
-    let first = tokens
-        .iter()
-        .position(|token| token.kind != TokenKind::Comment)
-        .unwrap_or(tokens.len());
-    let mut at = tokens.get(first).map_or(text.len(), |token| token.start);
-    for comment in tokens[..first].iter().rev() {
-        let between = &text[comment.start + comment.text.len()..at];
-        // After a blank line, a comment is about the file.
-        if between.replace("\r\n", "\n").matches(['\n', '\r']).count() > 1 {
-            break;
-        }
-        at = comment.start;
-    }
-    let mut new = format!("import \"{file}\";\n\n");
-    for (number, three) in tokens.windows(3).enumerate() {
-        if three[0].text.eq_ignore_ascii_case("import") && three[2].text == ";" {
-            at = three[2].start + 1;
-            let next = tokens.get(number + 3);
-            let next = next.filter(|next| next.kind == TokenKind::Comment);
-            let same_line =
-                |next: &&rc_syntax::Token<'_>| !text[at..next.start].contains(['\n', '\r']);
-            if let Some(comment) = next.filter(same_line) {
-                at = comment.start + comment.text.len();
-            }
-            new = format!("\nimport \"{file}\";");
-        }
-    }
-    (at, new)
-}
-
-fn units() -> Vec<Item> {
+pub(super) fn units() -> Vec<Item> {
     rc_quantity::names()
         .map(|unit| Item::new(UNIT, unit, ""))
         .collect()
@@ -384,36 +350,4 @@ pub(super) fn settings_of(middleware: Middleware) -> Vec<Item> {
 fn shipped(ending: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let all = load::all_shipped();
     all.filter(move |(file, _)| Path::new(file).extension() == Some(ending.as_ref()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::import_of;
-
-    #[test]
-    fn an_import_separates_no_comment_from_what_it_is_about() {
-        for (text, expected) in [
-            ("Component a {}", "import \"x\";\n\nComponent a {}"),
-            (
-                "/// About a.\nComponent a {}",
-                "import \"x\";\n\n/// About a.\nComponent a {}",
-            ),
-            (
-                "// License.\n\n/** a\n */\n/// b\nComponent a {}",
-                "// License.\n\nimport \"x\";\n\n/** a\n */\n/// b\nComponent a {}",
-            ),
-            (
-                "import \"y\"; // why\n/// a\nComponent a {}",
-                "import \"y\"; // why\nimport \"x\";\n/// a\nComponent a {}",
-            ),
-            (
-                "// Nothing.\r\n\r\n",
-                "// Nothing.\r\n\r\nimport \"x\";\n\n",
-            ),
-            ("", "import \"x\";\n\n"),
-        ] {
-            let (at, new) = import_of(text, "x");
-            assert_eq!(format!("{}{new}{}", &text[..at], &text[at..]), expected);
-        }
-    }
 }
