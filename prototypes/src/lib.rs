@@ -20,4 +20,4 @@ mod roles;
 pub use format::format;
 pub use geometry::{COORDINATES, Coordinate, GEOMETRY, Semantic, coordinate, listing, semantic};
 pub use parse::parse;
-pub use resolve::{import, load};
+pub use resolve::{FIELDS, import, load};

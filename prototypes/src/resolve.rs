@@ -2,6 +2,8 @@
 
 mod prototype;
 
+pub use prototype::FIELDS;
+
 use crate::ast::{File, Item, ItemKind, Map, Operand, Representation, Shape};
 use crate::fields::Fields;
 use crate::geometry::semantic;

@@ -103,6 +103,47 @@ fn as_in_robocomp(project: &Project, found: Diagnostics) -> Diagnostics {
     all
 }
 
+/// Files that components of this project have, and those of RoboComp do not.
+const OURS: [&str; 4] = [
+    "generated",
+    "etc/config.toml",
+    "Cargo.toml",
+    "pyproject.toml",
+];
+
+/// Whether a file is a component of RoboComp from which nobody has generated anything: it names its
+/// language as RoboComp does, `Cpp11` or `Python`, and has no file of this project beside it.
+pub(crate) fn is_of_robocomp(path: &Path) -> bool {
+    let folder = path.parent().unwrap_or(path);
+    if path.extension().is_none_or(|ending| ending != "cdsl")
+        || OURS.iter().any(|file| folder.join(file).exists())
+    {
+        return false;
+    }
+    let text = rc_files::read(path).unwrap_or_default();
+    let tokens = rc_syntax::tokens(&text);
+    let mut clauses = tokens.windows(2);
+    clauses.any(|two| {
+        let language = two[1].text;
+        let known = ["Cpp", "CPP", "Python"].iter();
+        two[0].text.eq_ignore_ascii_case("language")
+            && known.clone().any(|word| language.starts_with(word))
+    })
+}
+
+/// The findings of a component of RoboComp: an error is a note, because nobody needs the component
+/// to be right here. A text that cannot be read is wrong there, too.
+pub(crate) fn softened(found: Diagnostics) -> Diagnostics {
+    let mut all = Diagnostics::new();
+    for mut one in found {
+        if one.severity == Severity::Error && one.code != "syntax-error" {
+            one.severity = Severity::Note;
+        }
+        all.push(one);
+    }
+    all
+}
+
 /// Result of a check: the understood part of a file, also of one with errors.
 #[derive(Debug)]
 pub enum Model {

@@ -16,6 +16,7 @@ mod units;
 
 pub use graph_schema as model;
 pub use graph_schema::Schema;
+pub use members::TYPES;
 pub use parse::parse;
 pub use resolve::{import, load};
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// The words for types.
-pub(crate) const TYPES: [&str; 8] = [
+pub const TYPES: [&str; 8] = [
     "bool", "int", "long", "float", "double", "string", "bytes", "pose",
 ];
 

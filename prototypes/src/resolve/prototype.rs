@@ -19,7 +19,7 @@ use rc_vocabulary::Primitive;
 use std::collections::HashMap;
 
 /// All fields of a prototype.
-const FIELDS: [&str; 15] = [
+pub const FIELDS: [&str; 15] = [
     "semantic",
     "coord",
     "algebraic",

@@ -2,6 +2,7 @@
 //! the names of all files the choice.
 
 mod configurations;
+mod data;
 mod keywords;
 mod languages;
 mod networks;
@@ -103,6 +104,9 @@ impl Completion<'_> {
                 "ddsl" => self.in_network(&target, &context),
                 "pdsl" => self.in_parameters(&target, &context),
                 "smdsl" => in_machine(&target, &context),
+                "gdsl" => self.in_schema(&target, &context),
+                "dproto" => self.in_prototypes(&target, &context),
+                "kdsl" => self.in_solvers(&target, &context),
                 _ => Vec::new(),
             };
             (context.start, items)

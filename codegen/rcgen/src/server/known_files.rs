@@ -58,8 +58,12 @@ impl KnownFiles {
         let mut found = Diagnostics::new();
         let loader = self.loader();
         let include = &self.include;
-        let model = check::file(path, false, &mut sources, &loader, include, &mut found);
+        let old = check::is_of_robocomp(path);
+        let model = check::file(path, old, &mut sources, &loader, include, &mut found);
         let model = model.ok().flatten();
+        if old {
+            found = check::softened(found);
+        }
         let mut known = Keys::default();
         let ids = sources.ids();
         let keys = ids.map(|id| (id, known.of(sources.path(id)))).collect();

@@ -1,8 +1,10 @@
 //! The keywords of the languages, by the block in which they are allowed, with their meanings.
 
+mod data;
 mod inside;
 mod statements;
 
+pub(super) use data::DATA;
 pub(super) use inside::INSIDE;
 pub(super) use statements::STATEMENTS;
 
@@ -27,10 +29,9 @@ pub(super) fn of(
     row.map_or(&[], |(_, _, keywords)| keywords)
 }
 
-/// Whether a word is a keyword somewhere in a language. Those of languages without suggestions are
-/// not known here.
+/// Whether a word is a keyword somewhere in a language.
 pub(super) fn is_known(language: &str, word: &str) -> bool {
-    let all = STATEMENTS.iter().chain(&INSIDE);
+    let all = STATEMENTS.iter().chain(&INSIDE).chain(&DATA);
     let mut own = all.filter(|(of, ..)| *of == language);
     let fits = |known: &str| known.eq_ignore_ascii_case(word);
     own.any(|(_, _, keywords)| keywords.iter().any(|(known, _)| fits(known)))
@@ -49,9 +50,18 @@ mod tests {
     #[test]
     fn the_keywords_of_the_grammars_are_known() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        for language in ["idsl", "cdsl", "ddsl", "pdsl", "smdsl"] {
+        for (language, place) in [
+            ("idsl", "idsl"),
+            ("cdsl", "cdsl"),
+            ("ddsl", "ddsl"),
+            ("pdsl", "pdsl"),
+            ("smdsl", "smdsl"),
+            ("gdsl", "graph/language"),
+            ("dproto", "prototypes"),
+            ("kdsl", "kinematics"),
+        ] {
             let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("a grammar");
-            let mut grammar = read(&format!("{language}/src/grammar.pest"));
+            let mut grammar = read(&format!("{place}/src/grammar.pest"));
             if grammar.contains("condition.pest") {
                 grammar += &read("pdsl/src/condition.pest");
             }
@@ -61,7 +71,7 @@ mod tests {
                 words.filter(|word| word.starts_with(|c: char| c.is_ascii_alphabetic()))
             });
             let words: BTreeSet<String> = words.map(str::to_ascii_lowercase).collect();
-            let offered = STATEMENTS.iter().chain(&INSIDE);
+            let offered = STATEMENTS.iter().chain(&INSIDE).chain(&DATA);
             let offered = offered.filter(|(of, ..)| *of == language);
             let offered: BTreeSet<String> = offered
                 .flat_map(|(_, _, all)| all.iter())

@@ -223,3 +223,45 @@ fn an_interface_brings_its_import_along() {
     assert_eq!(word["end"], json!({ "line": 5, "character": 19 }));
     session.editor.end();
 }
+
+#[test]
+fn schemas_prototypes_and_solvers_are_completed() {
+    let mut session = Session::new();
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let urdf = std::fs::read_to_string(format!("{root}/kinematics/examples/arm.urdf"));
+    let files = [
+        ("arm.urdf", urdf.expect("a file")),
+        ("home.gdsl", "import \"at.dproto\";\n\nDomain home\n{\n    entity Room { name string; };\n    relation within { inner Room; };\n};\n".to_owned()),
+        ("at.dproto", "import \"cartesian.dproto\";\n\naxes room :: right, ahead, up\n\ndproto at :: geometry\n{\n    semantic = Position\n    coord = cartesian\n}\n".to_owned()),
+        ("arm.kdsl", "import \"arm.urdf\";\n\nKinematics arm\n{\n    posture home { };\n    solver fk { pose wrist in base; };\n};\n".to_owned()),
+    ];
+    for (file, text) in &files {
+        std::fs::write(session.editor.folder.join(file), text).expect("a file");
+        session.editor.open(file, text);
+    }
+    for (file, old, new) in [
+        ("home.gdsl", "    entity Room", "    ▮ entity Room"),
+        ("home.gdsl", "name string;", "▮"),
+        ("home.gdsl", "name string;", "name ▮"),
+        ("home.gdsl", "name string;", "name string ▮"),
+        ("home.gdsl", "name string;", "width float unit \"▮"),
+        ("home.gdsl", "name string;", "place dproto ▮"),
+        ("home.gdsl", "inner Room;", "tree of ▮"),
+        ("home.gdsl", "\"at.dproto\"", "\"▮\""),
+        ("at.dproto", "axes room", "▮ axes room"),
+        ("at.dproto", "dproto at ::", "dproto at :: ▮"),
+        ("at.dproto", "coord = cartesian", "▮"),
+        ("at.dproto", "coord = cartesian", "coord = ▮"),
+        ("at.dproto", "coord = cartesian", "axes = ▮"),
+        ("arm.kdsl", "    posture", "    ▮ posture"),
+        ("arm.kdsl", "home { }", "home { ▮ }"),
+        ("arm.kdsl", "pose wrist in base;", "▮"),
+        ("arm.kdsl", "pose wrist in base;", "pose ▮"),
+        ("arm.kdsl", "pose wrist in base;", "pose wrist in ▮"),
+        ("arm.kdsl", "pose wrist in base;", "null posture ▮"),
+    ] {
+        session.completes(file, old, new);
+    }
+    session.editor.end();
+    expect_file!["completion/data.txt"].assert_eq(&session.log);
+}
