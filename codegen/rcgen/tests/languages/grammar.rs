@@ -76,6 +76,11 @@ impl Grammar {
         Self(rules.into_iter().map(|r| (r.name.clone(), r)).collect())
     }
 
+    /// A rule that exists.
+    pub(crate) fn named(&self, name: &str) -> &Rule {
+        &self.0[name]
+    }
+
     /// The words of a random text. Look-ahead is ignored, so a few texts are invalid.
     pub(crate) fn words(&self, random: &mut Random) -> Vec<String> {
         let mut words = Vec::new();

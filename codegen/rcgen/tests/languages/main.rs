@@ -2,6 +2,7 @@
 
 mod grammar;
 mod random;
+mod tree_sitter;
 
 use expect_test::expect;
 use grammar::{Grammar, lay_out};
@@ -59,7 +60,7 @@ fn comments(text: &str) -> Vec<String> {
     trivia.comments().iter().map(words).collect()
 }
 
-fn grammar_of(language: Language) -> Grammar {
+pub(crate) fn grammar_of(language: Language) -> Grammar {
     Grammar::new(match language.extension {
         "idsl" => include_str!("../../../../idsl/src/grammar.pest"),
         "cdsl" => include_str!("../../../../cdsl/src/grammar.pest"),
@@ -152,7 +153,7 @@ fn check(
 }
 
 /// A text with a few mistakes, like those of typing, merging and bad storage.
-fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u8> {
+pub(crate) fn spoil(mut words: Vec<String>, other: &[String], random: &mut Random) -> Vec<u8> {
     for _ in 0..=random.below(4) {
         if words.is_empty() {
             break;

@@ -1,0 +1,2 @@
+[(component) (communications) (qos) (world_block) (dependencies) (reactions)] @fold
+(comment) @fold

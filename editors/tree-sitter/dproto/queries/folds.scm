@@ -1,0 +1,2 @@
+[(scalar) (vector) (matrix) (represented) (map) (index) (function) (domain) (prototype)] @fold
+(comment) @fold

@@ -1,0 +1,2 @@
+[(domain) (entity) (choice) (relation)] @fold
+(comment) @fold

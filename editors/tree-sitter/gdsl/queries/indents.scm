@@ -1,0 +1,2 @@
+[(domain) (entity) (choice) (relation)] @indent.begin @indent
+"}" @indent.branch @indent.end @outdent

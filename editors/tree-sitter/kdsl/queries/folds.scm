@@ -1,0 +1,2 @@
+[(kinematics) (posture) (solver)] @fold
+(comment) @fold

@@ -1,0 +1,2 @@
+[(kinematics) (posture) (solver)] @indent.begin @indent
+"}" @indent.branch @indent.end @outdent

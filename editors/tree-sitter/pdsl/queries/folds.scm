@@ -1,0 +1,2 @@
+[(params) (list) (group) (choice)] @fold
+(comment) @fold

@@ -1,0 +1,2 @@
+[(params) (list) (group) (choice)] @indent.begin @indent
+"}" @indent.branch @indent.end @outdent

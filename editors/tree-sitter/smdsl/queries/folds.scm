@@ -1,0 +1,2 @@
+[(machine) (transitions) (substates)] @fold
+(comment) @fold

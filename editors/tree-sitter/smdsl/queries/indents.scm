@@ -1,0 +1,2 @@
+[(machine) (transitions) (substates)] @indent.begin @indent
+"}" @indent.branch @indent.end @outdent
