@@ -1,4 +1,7 @@
-//! `cargo xtask bench editor`: a scripted session with `rcgen lsp`, a key stroke at a time.
+//! `cargo xtask bench editor`: a scripted session with `rcgen lsp`, a key stroke at a time, and
+//! `cargo xtask soak editor`: VS Code in a browser, grammars for tree-sitter, and random edits.
+
+mod window;
 
 use crate::figure::{BUILD, Figure, table};
 use crate::pair::quantile;
@@ -16,6 +19,8 @@ const INTERFACES: usize = 200;
 const COMPONENTS: usize = 300;
 /// Key strokes in each file.
 const STROKES: usize = 300;
+/// Rounds of random edits with one seed.
+const ROUNDS: u64 = 40;
 /// How long a fast typist waits between two of them.
 const PAUSE: Duration = Duration::from_millis(30);
 
@@ -95,6 +100,51 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     if !table(figures) && !smoke {
         eprintln!("xtask: a goal was missed");
     }
+    Ok(())
+}
+
+/// Uses the extension of VS Code in a browser, Neovim and Emacs, compares the grammars for tree-sitter with the languages, then
+/// random edits with checks from the start for a number of seconds.
+pub(crate) fn soak(seconds: u64) -> Result<(), Failure> {
+    window::use_it()?;
+    let words = "test --package rcgen --test all lsp::editors";
+    let mut editors = cargo(&words.split(' ').collect::<Vec<_>>())?;
+    editors.env("RC_ALL_EDITORS", "1");
+    finish(editors, BUILD)?;
+    println!("Neovim and Emacs show findings, complete, rename and lay out");
+    parse_with_tree_sitter()?;
+    let begun = Instant::now();
+    let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)?;
+    let mut seed = u64::try_from(seed.as_micros())?;
+    let mut rounds = 0;
+    while begun.elapsed() < Duration::from_secs(seconds) {
+        println!("RC_FUZZ_SEED={seed} RC_FUZZ_ROUNDS={ROUNDS}");
+        let words = "test --package rcgen --test all after_random_edits";
+        let mut fuzz = cargo(&words.split(' ').collect::<Vec<_>>())?;
+        fuzz.env("RC_FUZZ_SEED", seed.to_string());
+        fuzz.env("RC_FUZZ_ROUNDS", ROUNDS.to_string());
+        finish(fuzz, BUILD)?;
+        seed += 1;
+        rounds += ROUNDS;
+    }
+    println!("{rounds} rounds of random edits: the findings are those of a check from the start");
+    Ok(())
+}
+
+/// Generates the parsers of the grammars for tree-sitter, and compares what they accept with what the
+/// languages accept.
+fn parse_with_tree_sitter() -> Result<(), Failure> {
+    let parsers = rc_test_support::folder()?.join("tree-sitter-parsers");
+    let words =
+        "run --quiet --manifest-path editors/tree-sitter/generate/Cargo.toml editors/tree-sitter";
+    let mut generate = cargo(&words.split(' ').collect::<Vec<_>>())?;
+    generate.arg(&parsers);
+    finish(generate, BUILD)?;
+    let words = "test --package rcgen --test languages tree_sitter";
+    let mut compare = cargo(&words.split(' ').collect::<Vec<_>>())?;
+    compare.env("RC_TREE_SITTER", &parsers);
+    finish(compare, BUILD)?;
+    println!("tree-sitter accepts what the languages accept, with the listed exceptions");
     Ok(())
 }
 
