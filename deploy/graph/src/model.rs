@@ -83,14 +83,32 @@ pub struct Live {
     /// The active states of its machine without substates, each with its ancestors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<String>,
+    /// The messages of its slots in a second; silent slots are left out.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub rates_hz: BTreeMap<String, f64>,
+    /// The samples that its slots have lost in this run; slots without loss are left out.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub lost: BTreeMap<String, u64>,
 }
+
+/// How many rates, and how many losses, a picture shows of a component.
+const SHOWN: usize = 3;
 
 impl Live {
     fn text(&self) -> String {
-        if self.states.is_empty() {
-            return self.state.clone();
-        }
-        format!("{} in {}", self.state, self.states.join(", "))
+        let state = if self.states.is_empty() {
+            self.state.clone()
+        } else {
+            format!("{} in {}", self.state, self.states.join(", "))
+        };
+        let mut rates: Vec<(&String, &f64)> = self.rates_hz.iter().collect();
+        rates.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+        let rates = rates.into_iter().take(SHOWN);
+        let rates = rates.map(|(slot, rate)| format!("{slot} {rate} Hz"));
+        let lost = self.lost.iter().take(SHOWN);
+        let lost = lost.map(|(slot, lost)| format!("{slot} lost {lost}"));
+        let parts: Vec<String> = std::iter::once(state).chain(rates).chain(lost).collect();
+        parts.join(", ")
     }
 }
 
@@ -175,7 +193,7 @@ impl Graph {
             let now = live.remove(&component.name);
             component.live = Some(now.unwrap_or_else(|| Live {
                 state: "not running".to_owned(),
-                states: Vec::new(),
+                ..Live::default()
             }));
         }
     }
@@ -286,5 +304,26 @@ pub(crate) fn host_title(host: &Host) -> String {
         format!("host {}", host.name)
     } else {
         format!("host {} ({user}{})", host.name, host.address)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Live;
+
+    #[test]
+    fn a_running_component_has_the_highest_rates_and_its_losses() {
+        let live = Live {
+            state: "running".to_owned(),
+            states: vec!["idle".to_owned()],
+            rates_hz: [("a", 1.0), ("b", 30.5), ("c", 2.0), ("d", 4.0)]
+                .map(|(slot, rate)| (slot.to_owned(), rate))
+                .into(),
+            lost: [("b".to_owned(), 7)].into(),
+        };
+        assert_eq!(
+            live.text(),
+            "running in idle, b 30.5 Hz, d 4 Hz, c 2 Hz, b lost 7"
+        );
     }
 }

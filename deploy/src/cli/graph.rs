@@ -2,10 +2,12 @@
 
 use super::arguments::Input;
 use super::description::{examine, read};
+use super::look;
 use super::networks::network_of;
 use super::output::{Failure, print_data, print_note, system};
 use rc_deploy_client::status::{self, NetworkReport};
 use rc_deploy_graph::{Graph, GraphFormat, Live};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(super) fn graph(
@@ -38,11 +40,18 @@ pub(super) fn graph(
                 ));
             }
         }
+        // A component that was started by hand may have no counts.
+        let rates = look::measured(&report.network).map_or_else(|_| BTreeMap::new(), |(_, r)| r);
         let now = report.components().map(|component| {
+            let own = rates
+                .iter()
+                .filter(|((of, _), rate)| *of == component.name && **rate > 0.0);
             let machine = component.machine.as_ref();
             let live = Live {
                 state: component.state.to_string(),
                 states: machine.map_or_else(Vec::new, |machine| machine.states.clone()),
+                rates_hz: own.map(|((_, slot), rate)| (slot.clone(), *rate)).collect(),
+                lost: component.lost.clone(),
             };
             (component.name.clone(), live)
         });

@@ -85,25 +85,35 @@ fn counts(network: &Network) -> BTreeMap<(String, String), u64> {
     network.components.iter().flat_map(slots).collect()
 }
 
-/// `rcdeploy list`.
-pub(super) fn list(network: &str, format: Format) -> Result<u8, Failure> {
+/// A running network, and the rates of its slots in Hz, by component and slot.
+pub(super) fn measured(
+    network: &str,
+) -> Result<(Network, BTreeMap<(String, String), f64>), Failure> {
     let first = look(network)?;
     let begin = Instant::now();
     std::thread::sleep(WINDOW);
     let second = Network::look(&first.name)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let (before, after) = (counts(&first), counts(&second));
+    let before = counts(&first);
+    let rates = counts(&second).into_iter().filter_map(|(key, after)| {
+        let sent = after.saturating_sub(*before.get(&key)?);
+        Some((key, (sent as f64 / seconds * 10.0).round() / 10.0))
+    });
+    Ok((second, rates.collect()))
+}
+
+/// `rcdeploy list`.
+pub(super) fn list(network: &str, format: Format) -> Result<u8, Failure> {
+    let (second, rates) = measured(network)?;
     let ends = |ends: Vec<End>| -> Vec<ListedEnd> {
         let listed = ends.into_iter().map(|end| {
             let key = (end.component.clone(), end.slot.clone());
-            let counts = before.get(&key).zip(after.get(&key));
-            let rate = counts.map(|(before, after)| after.saturating_sub(*before) as f64 / seconds);
             ListedEnd {
+                rate_hz: rates.get(&key).copied(),
                 component: end.component,
                 slot: end.slot,
                 host: end.host,
                 middlewares: end.middlewares,
-                rate_hz: rate.map(|rate| (rate * 10.0).round() / 10.0),
             }
         });
         listed.collect()

@@ -106,6 +106,9 @@ fn events_are_fired_and_states_are_shown() {
         .find(|c| c["name"] == "avoider")
         .expect("the avoider");
     assert_eq!(avoider["live"]["states"][0], "on.motion.idle");
+    let rates = json["components"].as_array().expect("a list").iter();
+    let mut rates = rates.filter_map(|component| component["live"]["rates_hz"].as_object());
+    assert!(rates.any(|rates| !rates.is_empty()), "{json}");
     let go = fire("go");
     assert_eq!(
         go.stdout,
