@@ -133,6 +133,7 @@ impl EventLoop<'_> {
         };
         if begins {
             self.rounds = 0;
+            self.arriving_since = None;
             self.calls.ended_in_turn = 0;
             self.ports.iter_mut().for_each(|port| port.wake(false));
         }
@@ -190,9 +191,7 @@ impl EventLoop<'_> {
                 if ends {
                     source.end_turn();
                 }
-                if !is_held {
-                    source.send(now, false);
-                }
+                source.send(now, false);
                 self.shared
                     .time
                     .tick

@@ -170,7 +170,7 @@ pub(crate) struct Source {
     /// When the present tick began, or the wait for it was renewed.
     began: Instant,
     /// Last sent tick, and its time.
-    sent: Option<(u64, u64, bool)>,
+    sent: Option<Tick>,
     sent_at: Instant,
     /// The period is over.
     pub(crate) is_due: bool,
@@ -291,6 +291,7 @@ impl Source {
         if state.is_complete() {
             state.missing.clear();
         } else if let Some(limit) = state.limit
+            && !self.has_turn
             && state.missing.is_empty()
             && now.saturating_duration_since(self.began) >= limit
         {
@@ -305,6 +306,9 @@ impl Source {
 
     /// Whether `compute()` is to run: its turn begins.
     pub(crate) fn takes_turn(&mut self, now: Instant) -> bool {
+        if self.has_turn {
+            return false;
+        }
         let state = self.state.borrow();
         if state.limit.is_none() {
             drop(state);
@@ -329,31 +333,32 @@ impl Source {
     /// Whether the loop must not sleep: `compute()` follows at once.
     pub(crate) fn is_in_a_hurry(&self) -> bool {
         let state = self.state.borrow();
-        state.limit.is_some() && !state.paced && state.advanced && state.is_complete()
+        let hurries = state.limit.is_some() && !state.paced && state.advanced;
+        hurries && !self.has_turn && state.is_complete()
     }
 
-    /// Sends the tick that the worker has begun, another turn of it, or repeats it.
+    /// Sends the tick that the worker has begun, another turn of it, or repeats it. A tick that
+    /// begins in this component's turn follows at the end of the turn.
     pub(crate) fn send(&mut self, now: Instant, repeat: bool) {
+        let held = self.sent.filter(|_| self.has_turn);
         let mut state = self.state.borrow_mut();
-        let turn = state.turn();
-        let what = (state.number, turn, state.limit.is_some());
-        let fresh = std::mem::take(&mut state.unsent);
+        let fresh = held.is_none() && std::mem::take(&mut state.unsent);
         if fresh {
             self.began = now;
         }
-        let old = now.saturating_duration_since(self.sent_at) >= REPEAT;
-        if !fresh && !repeat && !old && self.sent == Some(what) {
-            return;
-        }
-        let tick = Tick {
+        let tick = held.unwrap_or_else(|| Tick {
             epoch: state.epoch,
             number: state.number,
             time: state.clock.now().as_nanos(),
-            turn,
+            turn: state.turn(),
             lockstep: state.limit.is_some(),
-        };
+        });
         drop(state);
-        self.sent = Some(what);
+        let old = now.saturating_duration_since(self.sent_at) >= REPEAT;
+        if !fresh && !repeat && !old && self.sent == Some(tick) {
+            return;
+        }
+        self.sent = Some(tick);
         self.sent_at = now;
         for link in &mut self.links {
             let mut sent = link.ticks.publish_with(|writer| tick.write(writer));
