@@ -133,17 +133,26 @@ pub fn queries_return_results_exceptions_and_errors(subject: &dyn Subject) {
 pub fn replies_say_how_old_their_values_are(subject: &dyn Subject) {
     let network = Network::new(subject);
     let address = endpoint("default/Calculator");
-    // The first argument is the age; the largest one is older than the clock.
+    // The first argument is the age; the largest one is older than the clock. The second one says
+    // whether the reply is deferred.
     let handler = |header: Header, body: &[u8], reply: &mut dyn Reply| {
         let mut request = Request::open(header, body, reply).expect("an envelope");
         let read = |reader: &mut Reader<'_>| Ok((reader.get::<i32>()?, reader.get::<i32>()?));
-        let (age, _) = request.arguments(&DIVIDE, read).expect("two numbers");
-        request.set_age(match age {
-            i32::MAX => Duration::MAX,
-            age => Duration::from_nanos(age.unsigned_abs().into()),
-        });
-        let replied = request.reply_with(0, |writer| writer.put(&1_i32));
-        replied.expect("a reply");
+        let (age, later) = request.arguments(&DIVIDE, read).expect("two numbers");
+        let reply = |request: &mut Request<'_>| {
+            request.set_age(match age {
+                i32::MAX => Duration::MAX,
+                age => Duration::from_nanos(age.unsigned_abs().into()),
+            });
+            let replied = request.reply_with(0, |writer| writer.put(&1_i32));
+            replied.expect("a reply");
+        };
+        if later == 0 {
+            reply(&mut request);
+        } else {
+            let deferred = request.defer().expect("a later reply");
+            deferred.reply(reply).expect("to be sent");
+        }
         request.close();
     };
     network.serving_bare(&address, handler, || {
@@ -154,13 +163,14 @@ pub fn replies_say_how_old_their_values_are(subject: &dyn Subject) {
         }
         let asked = header(1);
         let old = [(0, asked.sent), (250, asked.sent - 250), (i32::MAX, 1)];
-        for ((age, expected), sequence) in old.into_iter().zip(1..) {
+        let all = [0, 1].map(|later| old.map(|(age, expected)| (age, later, expected)));
+        for ((age, later, expected), sequence) in all.into_iter().flatten().zip(1..) {
             let mut request = Writer::default();
             let writer = port.guid();
             rpc::begin_request(&mut request, RequestId { writer, sequence }, DIVIDE.id);
             rpc::begin_body(&mut request, port.profile());
             request.put(&age);
-            request.put(&1_i32);
+            request.put(&later);
             let mut sent = None;
             let asked = Header { sequence, ..asked };
             port.call(asked, &request.into_bytes(), LIMIT, &mut |header, _| {
@@ -174,7 +184,7 @@ pub fn replies_say_how_old_their_values_are(subject: &dyn Subject) {
             } else {
                 sent == expected
             };
-            assert!(is_right, "{age}: {sent}, expected {expected}");
+            assert!(is_right, "{age}, {later}: {sent}, expected {expected}");
         }
     });
 }

@@ -68,16 +68,17 @@ struct Replies {
     sent: Cell<u64>,
 }
 
-/// A deferred reply.
-struct DdsDeferred(Rc<Replies>);
+/// A deferred reply, and the time stamp of its request.
+struct DdsDeferred(Rc<Replies>, i64);
 
 impl DeferredReply for DdsDeferred {
     fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
         let mut reply = ReplyMemory::new(&self.0.port.writer, Profile::Rpc, Vec::new());
         write(&mut reply);
+        let at = reply_stamp(self.1, reply.age());
         match reply.finish() {
-            Written::Loan(loan, _) => self.0.send_lent(loan, stamp(0)),
-            Written::Buffer(reply) if !reply.is_empty() => self.0.send(&reply, stamp(0)),
+            Written::Loan(loan, _) => self.0.send_lent(loan, at),
+            Written::Buffer(reply) if !reply.is_empty() => self.0.send(&reply, at),
             Written::Buffer(_) | Written::Deferred(_) => Ok(()),
         }
     }
@@ -213,8 +214,9 @@ impl Server for DdsServer {
             return Ok(true);
         };
         let buffer = std::mem::take(&mut self.reply);
-        let later =
-            || -> Box<dyn DeferredReply> { Box::new(DdsDeferred(Rc::clone(&self.replies))) };
+        let later = || -> Box<dyn DeferredReply> {
+            Box::new(DdsDeferred(Rc::clone(&self.replies), sample.stamp()))
+        };
         let reply = ReplyMemory::new(&self.replies.port.writer, Profile::Rpc, buffer);
         // Also if the client has left: its request must not delay others.
         let mut reply = reply.or_later(&later);

@@ -93,10 +93,11 @@ pub(crate) struct SharedClient {
     session: Arc<Session>,
 }
 
-/// A started call: its request, and the server that got it.
+/// A started call: its request, the server that got it, and when.
 struct SentRequest {
     pending: PendingResponse,
     server: Option<u128>,
+    sent: Instant,
 }
 
 impl SharedClient {
@@ -264,7 +265,8 @@ impl SharedClient {
     fn look(&self, asked: &SentRequest, take: &mut dyn FnMut(Header, &[u8])) -> StartedState {
         match self.take(&asked.pending, take) {
             Ok(true) => {
-                self.last_reply.set(Some(Instant::now()));
+                // The reply may have waited: its server may be dead by now.
+                self.last_reply.set(Some(asked.sent));
                 return StartedState::Ended(Ok(()));
             }
             Err(error) => return StartedState::Ended(Err(error)),
@@ -395,7 +397,11 @@ impl Client for SharedClient {
         self.find_server(start)?;
         let pending = self.submit(RequestHeader::new(header, self.guid, false), request)?;
         let server = self.known_server();
-        let asked = SentRequest { pending, server };
+        let asked = SentRequest {
+            pending,
+            server,
+            sent: start,
+        };
         self.started.add(header.sequence, asked, (start, limit));
         Ok(())
     }

@@ -214,18 +214,24 @@ struct Asked {
 struct RosDeferred {
     replies: Rc<Replies>,
     asked: Asked,
+    /// The time stamp of the request.
+    asked_at: i64,
 }
 
 impl DeferredReply for RosDeferred {
     fn send(self: Box<Self>, write: &mut dyn FnMut(&mut dyn Reply)) -> Result<(), ReceiveError> {
-        let writer = &self.replies.services[self.asked.place].replies.writer;
+        let Self {
+            replies,
+            mut asked,
+            asked_at,
+        } = *self;
+        let writer = &replies.services[asked.place].replies.writer;
         let mut reply = ReplyMemory::new(writer, Profile::Bare, Vec::new());
         write(&mut reply);
+        asked.request.reply_at = reply_stamp(asked_at, reply.age());
         match reply.finish() {
-            Written::Loan(loan, _) => self
-                .replies
-                .send(self.asked.place, self.asked.request, loan),
-            Written::Buffer(reply) => self.replies.reply(self.asked, &reply),
+            Written::Loan(loan, _) => replies.send(asked.place, asked.request, loan),
+            Written::Buffer(reply) => replies.reply(asked, &reply),
             Written::Deferred(_) => Ok(()),
         }
     }
@@ -484,6 +490,7 @@ impl Server for RosServer {
             Box::new(RosDeferred {
                 replies: Rc::clone(&self.replies),
                 asked,
+                asked_at,
             })
         };
         let reply = ReplyMemory::new(writer, Profile::Bare, std::mem::take(&mut self.reply));
