@@ -1,4 +1,4 @@
-//! What the worker of an old component in C++ uses and a new one does not have.
+//! Texts in the worker of an old component in C++ for which a new one has no counterpart.
 
 use std::io;
 use std::path::Path;

@@ -22,7 +22,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a test does with its bench, `enum rc_test_what` of `abi.h`. A fake peer is named by its slot and
+/// Actions of a test with its bench, `enum rc_test_what` of `abi.h`. A fake peer is named by its slot and
 /// the name of a member.
 #[derive(Clone, Copy)]
 pub(crate) enum Act {

@@ -292,7 +292,7 @@ pub extern "C" fn robocomp_send(loan: u64) -> RawAnswer {
 /// Ends a view, a loan, or a started call, from any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn robocomp_drop(number: u64) {
-    // What cannot be dropped stays.
+    // A value that cannot be dropped stays.
     let _ = catch_unwind(|| handles::drop_held(number));
 }
 

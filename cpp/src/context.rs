@@ -112,7 +112,7 @@ fn held(number: u64) -> Answer {
 
 /// Begins a sample that the program writes in place. Returns its memory, too.
 pub(crate) fn loan(slot: usize, operation: usize) -> Result<(Answer, Bytes), Answer> {
-    /// What the error of a second loan adds.
+    /// Addition to the error of a second loan.
     const ONE_LOAN: &str = "send or drop the loan of the topic before the next one";
     let program = program()?;
     let described = link::operation(&program, slot, operation)?;

@@ -1,4 +1,4 @@
-//! What a program in C++ holds by a number: lent samples, views of received ones, and started calls.
+//! Objects that a program in C++ holds by a number: lent samples, views of received ones, and started calls.
 //! Objects of C++ may end on any thread.
 
 use crate::border::Bytes;

@@ -13,9 +13,9 @@ use std::process::{Command, Stdio};
 
 /// The file whose flags the header of the worker gets.
 const WORKER: &str = "specificworker.cpp";
-/// What is compiled.
+/// Text for the compiler.
 const PROBE: &str = "#include \"specificworker.h\"\nSpecificWorker rc_worker;\n";
-/// How much of the compiler's messages a report has, in lines.
+/// The most lines of the compiler's messages in a report.
 const LINES: usize = 12;
 
 /// An entry of `compile_commands.json`.

@@ -70,7 +70,7 @@ fn started_calls_end(other: &OtherEnd) {
 
 /// Calls leave nothing in the memory of the component: a thousand, or `RC_CPP_CALLS`.
 fn calls_leave_nothing(other: &OtherEnd) {
-    /// What allocators may take in addition, in bytes.
+    /// Memory that allocators may take in addition, in bytes.
     const MARGIN: u64 = 2 << 20;
     let calls = std::env::var("RC_CPP_CALLS").ok();
     let calls: u32 = calls.map_or(1000, |calls| calls.parse().expect("a number"));

@@ -89,7 +89,7 @@ impl Manager {
     }
 }
 
-/// What a logout of a user would remove, and how to prevent that. `None` if it removes nothing.
+/// Finding about resources that a logout of a user removes, and its fix. `None` if it removes nothing.
 pub(super) fn logout(user: Option<u32>) -> Option<(String, String)> {
     let machine = Machine {
         root: "/".into(),

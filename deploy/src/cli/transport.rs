@@ -30,7 +30,7 @@ pub(super) struct Transport {
     receive: Option<String>,
 }
 
-/// What `rcdeploy` measured on this machine: for each middleware, the times of a message.
+/// Measurements on this machine: for each middleware, the times of a message.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Table {
     #[serde(default)]
@@ -82,7 +82,7 @@ pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
         super::output::print_json(&times)?;
         return Ok(0);
     }
-    // What is damaged is replaced as a whole.
+    // A damaged file is replaced as a whole.
     let mut table = match options.middleware {
         Some(_) => read()?,
         None => Table::default(),

@@ -20,7 +20,7 @@ pub(super) struct Component {
     pub(super) slots: Vec<(Role, String)>,
     /// Its new files, by their names in its folder.
     pub(super) files: Vec<(PathBuf, String)>,
-    /// What stays to be done, in sentences.
+    /// Remaining work for the user, in sentences.
     pub(super) left: Vec<String>,
 }
 
@@ -131,7 +131,7 @@ impl Component {
         }
     }
 
-    /// What the configurations leave, each sentence once, and the code of the worker.
+    /// Remaining work from the configurations, each sentence once, and from the code of the worker.
     fn take_notes(&mut self) {
         for settings in &self.settings {
             for note in &settings.left {

@@ -1,4 +1,4 @@
-//! What starts components in RoboComp: files of rcmanager in XML, and `sub.toml`.
+//! Files that start components in RoboComp: those of rcmanager in XML, and `sub.toml`.
 
 use super::settings::{Address, name};
 use rc_diagnostics::foreign::clean;

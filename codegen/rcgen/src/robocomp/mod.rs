@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 pub struct Import {
     /// The files, as a workspace has them.
     pub files: Files,
-    /// What stays to be done: of whom, and in sentences.
+    /// Remaining work for the user: the component, and sentences.
     pub left: Vec<(String, Vec<String>)>,
     /// The components that a network starts.
     placed: BTreeSet<String>,
@@ -37,7 +37,7 @@ pub struct Import {
 struct Member<'a> {
     name: String,
     component: &'a Component,
-    /// Which of its configurations it has.
+    /// The chosen configuration among its own.
     settings: Option<&'a Settings>,
     at: usize,
     node: &'a Node,
@@ -110,7 +110,7 @@ impl Import {
         self.files.iter().next().is_none() && self.left.is_empty()
     }
 
-    /// What stays to be done, as a page.
+    /// Remaining work for the user, as a page.
     pub fn report(&self) -> String {
         let mut out = String::from("# What stays to be done\n");
         for (of, left) in self.left.iter().filter(|(_, left)| !left.is_empty()) {

@@ -23,7 +23,7 @@ enum Node {
 /// The parameters of a component.
 pub(super) struct Parameters {
     nodes: Vec<(String, Node)>,
-    /// What else there is to say, in sentences.
+    /// Further remarks, in sentences.
     pub(super) notes: Vec<String>,
 }
 

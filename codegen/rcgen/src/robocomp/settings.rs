@@ -30,7 +30,7 @@ pub(super) struct Address {
     pub(super) port: u16,
 }
 
-/// What a configuration says.
+/// Contents of a configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Settings {
     /// The file.
@@ -43,9 +43,9 @@ pub(super) struct Settings {
     pub(super) prefixes: Vec<(String, String)>,
     /// The period of `compute()` in milliseconds.
     pub(super) period: Option<f64>,
-    /// What the component itself reads.
+    /// Values that the component itself reads.
     pub(super) parameters: Vec<Entry>,
-    /// What has no counterpart, in sentences.
+    /// Settings without a counterpart, in sentences.
     pub(super) left: Vec<String>,
 }
 

@@ -210,7 +210,7 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
     ];
     let (code, out, err) = rcgen(path, &hand);
     assert_eq!((code, err.contains("error")), (0, false), "{out}{err}");
-    // What the user has changed stays.
+    // A file that the user has changed stays.
     write(path, "new/components/Hand/Hand.pdsl", "mine");
     rcgen(path, &["import", "robocomp", "old", "--out", "new"]);
     assert_eq!(text("components/Hand/Hand.pdsl"), "mine");

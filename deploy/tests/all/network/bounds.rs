@@ -70,7 +70,7 @@ fn the_transport_of_this_machine_is_measured() {
     let (transport, notes) = chain();
     assert!((transport - worst.expect("a time")).abs() < 1e-6, "{table}");
     assert_eq!(notes, "[\"transport is measured on this machine\"]");
-    // What is damaged is named, and says what to do.
+    // The check names a damaged file, and says what to do.
     let file = site.path("state").join("robocomp/transport.json");
     std::fs::write(&file, "{\"middlewares\": 7}").expect("to write");
     let damaged = site.rcdeploy(&["plan", "--unbuilt"], true);
