@@ -73,7 +73,7 @@ pub(super) fn field(view: &view::Component, member: &Member) -> Field {
     );
     let is_enum = matches!(resolved(&member.ty), Type::Named(named) if named.of == Declared::Enum);
     if member.optional || !(is_plain || is_enum) {
-        own.default = "{}".to_owned();
+        "{}".clone_into(&mut own.default);
     }
     own.ty = if member.optional {
         format!("rc::Maybe<{ty}>")
