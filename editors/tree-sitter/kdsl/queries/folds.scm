@@ -1,2 +1,2 @@
-[(kinematics) (posture) (solver)] @fold
+[(kinematics) (ring) (posture) (solver)] @fold
 (comment) @fold

@@ -1,6 +1,8 @@
 (comment) @comment
-["acceleration" "accelerations" "at" "damped" "efforts" "expressed" "gain" "gravity" "import" "in" "inverse" "iterations" "jacobian" "kinematics" "libm" "limits" "mass_matrix" "math" "null" "payload" "period" "pose" "posture" "restarts" "seed" "solver" "std" "tolerance" "velocity" "within"] @keyword
+["acceleration" "accelerations" "as" "at" "closed_positions" "closed_velocities" "damped" "efforts" "expressed" "fixed" "floating" "gain" "gravity" "holding" "import" "in" "inverse" "iterations" "jacobian" "kinematics" "libm" "limits" "loop" "loop_errors" "loop_forces" "loop_jacobian" "mass_matrix" "math" "null" "payload" "period" "planar" "point" "pose" "posture" "quaternion" "restarts" "rpy" "seed" "solver" "std" "tolerance" "velocity" "within"] @keyword
+(alias "as" . (name) @type)
 (kinematics "kinematics" . (name) @type)
+(ring "loop" . (name) @type)
 (posture "posture" . (name) @type)
 (solver "solver" . (name) @type)
 (payload "payload" . (name) @type)

@@ -1,2 +1,2 @@
-[(kinematics) (posture) (solver)] @indent.begin @indent
+[(kinematics) (ring) (posture) (solver)] @indent.begin @indent
 "}" @indent.branch @indent.end @outdent

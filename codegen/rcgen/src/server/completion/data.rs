@@ -131,6 +131,13 @@ impl Completion<'_> {
             ([], "") => table(""),
             (["kinematics"], "") => table("kinematics"),
             (["kinematics"], "math") => table("math"),
+            (["kinematics"], "fixed" | "planar" | "floating") => match context.statement.len() {
+                1 | 3 => self.of_robot(target, false),
+                4 => only("at"),
+                7.. if word == "fixed" => only("rpy"),
+                _ => Vec::new(),
+            },
+            (["kinematics", "loop"], "") => table("loop"),
             (["kinematics", "posture"], "") => self.of_robot(target, true),
             (["kinematics", "solver"], "") => table("solver"),
             (["kinematics", "solver"], "inverse") if context.statement.len() == 1 => {
@@ -151,6 +158,7 @@ impl Completion<'_> {
                 "pose" | "jacobian" | "velocity" | "acceleration" | "in" | "at" => {
                     self.of_robot(target, false)
                 }
+                "as" => only("quaternion"),
                 _ if word == "payload" => Vec::new(),
                 _ => table("motion"),
             },

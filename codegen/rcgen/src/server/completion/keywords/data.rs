@@ -3,7 +3,7 @@
 use super::Keyword;
 
 /// The keywords by language and place: the first word of the block, or of the statement.
-pub(crate) const DATA: [(&str, &str, &[Keyword]); 20] = [
+pub(crate) const DATA: [(&str, &str, &[Keyword]); 21] = [
     (
         "gdsl",
         "",
@@ -108,7 +108,19 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 20] = [
             ("solver", "Functions that are computed together."),
             ("posture", "Positions of joints, by name."),
             ("math", "The functions of the code: `math libm;`"),
+            (
+                "fixed",
+                "A robot stands on a frame: `fixed left.base in floor;`",
+            ),
+            ("planar", "A robot moves in the plane x, y of a frame."),
+            ("floating", "A robot moves freely in a frame."),
+            ("loop", "Frames that are at one place, and so close a loop."),
         ],
+    ),
+    (
+        "kdsl",
+        "loop",
+        &[("point", "Only the places are equal, not the rotations.")],
     ),
     (
         "kdsl",
@@ -155,6 +167,30 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 20] = [
                 "period",
                 "The period of the loop, for limits of velocities.",
             ),
+            (
+                "loop_errors",
+                "How far the frames of loops are from each other.",
+            ),
+            (
+                "loop_jacobian",
+                "How velocities of joints move these frames.",
+            ),
+            (
+                "loop_forces",
+                "Force and torque on the second frame of each loop.",
+            ),
+            (
+                "closed_positions",
+                "Positions near the given ones that close all loops.",
+            ),
+            (
+                "closed_velocities",
+                "Velocities that keep all loops closed.",
+            ),
+            (
+                "holding",
+                "Joints that stay where they are: `holding left.turn;`",
+            ),
         ],
     ),
     (
@@ -163,6 +199,7 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 20] = [
         &[
             ("in", "The frame that it is measured from."),
             ("expressed", "The frame of the axes: `expressed in base`."),
+            ("as", "The form of the rotation: `as quaternion`."),
         ],
     ),
     (
@@ -181,6 +218,8 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 20] = [
             ("limits", "The limits of the joints."),
             ("posture", "A posture of this file."),
             ("gain", "How strongly it is followed."),
+            ("quaternion", "The rotation is a quaternion."),
+            ("rpy", "The angles of URDF, behind the place."),
         ],
     ),
     (
