@@ -1,7 +1,7 @@
 //! Loops: frames of two links that stay together, though no joint of the tree holds them.
 //!
 //! The rows of a loop are the way from the first frame to the second one along the axes of the first one, in m,
-//! then the turn in rad. The forces that keep it closed solve the equation of motion with these rows as
+//! then the turn. The forces that keep it closed solve the equation of motion with these rows as
 //! constraints (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 8).
 
 use crate::chain::{Chain, Moved};
@@ -9,6 +9,7 @@ use crate::dynamics::{Load, Motions, equation};
 use crate::robot::{Robot, State};
 use crate::vectors::scaled;
 use rc_quantity::Real;
+use rc_quantity::rotation::Quaternion;
 
 /// How often closed positions are corrected.
 const STEPS: usize = 4;
@@ -39,15 +40,10 @@ impl Loop<'_> {
     }
 
     fn error<T: Real>(&self, moved: &Moved<T>) -> Vec<T> {
-        let turn = &moved.pose.rotation;
-        let half = T::constant(0.5);
-        // The axis times the sine of the angle.
-        let turned = [
-            turn[2][1] - turn[1][2],
-            turn[0][2] - turn[2][0],
-            turn[1][0] - turn[0][1],
-        ];
-        self.of(moved.pose.translation, scaled(turned, half))
+        // The axis times twice the sine of half the angle: it is not 0 after half a turn.
+        let Quaternion { x, y, z, .. } = Quaternion::of_matrix(&moved.pose.rotation);
+        let turn = scaled([x, y, z], T::constant(2.0));
+        self.of(moved.pose.translation, turn)
     }
 
     /// Its rows of the Jacobian.
@@ -76,7 +72,8 @@ pub fn errors<T: Real>(loops: &[Loop<'_>], state: &State<T>) -> Vec<T> {
         .collect()
 }
 
-/// The change of the errors of all loops with each coordinate, by rows.
+/// How the second frames of all loops move in the first ones with each coordinate, by rows. Where the loops are
+/// closed, it is the change of their errors.
 pub fn jacobian<T: Real>(loops: &[Loop<'_>], state: &State<T>) -> Vec<Vec<T>> {
     let all = moved(loops, state);
     let rows = loops.iter().zip(&all);

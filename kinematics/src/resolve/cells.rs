@@ -214,7 +214,9 @@ impl Resolver<'_> {
         let found = match output.kind {
             OutputKind::LoopErrors => (
                 "loop_errors",
-                format!("{order}, in m, then the axis of the turn times its sine."),
+                format!(
+                    "{order}, in m, then the axis of the turn times twice the sine of half its angle."
+                ),
                 Shape::Vector(rows),
                 OfLoops::Errors,
             ),

@@ -40,6 +40,7 @@ const ARMS: [(&str, &str, [&str; 2]); 4] = [
 ///
 /// `KINEMATICS_POSES` is the number of poses of each arm.
 #[test]
+#[ignore = "`cargo xtask soak kinematics` runs it: the package has 400 MB of meshes"]
 fn real_arms_reach_their_poses() {
     let test = "real_arms_reach_their_poses";
     let python = rc_test_support::python::packages("example-robots", PACKAGES, test);

@@ -142,6 +142,13 @@ Kinematics mobile
         .positions(&target, &[0.0; 6])
         .expect("positions");
     assert!(found.1.reached, "{found:?}");
+    // A place that is far from where the search begins.
+    let mut far = target;
+    far[0][3] += 200.0;
+    let found = mobile.inverses[0].positions(&far, &[0.0; 6]);
+    let (positions, found) = found.expect("positions");
+    assert!(found.reached, "{found:?}");
+    assert!(positions[3] > 190.0, "{positions:?}");
 }
 
 /// A four-bar linkage in the plane x, z: a crank, a coupler and a rocker.
@@ -241,6 +248,32 @@ fn a_four_bar_linkage_stays_closed() {
         "{before} {}",
         energy(&state)
     );
+}
+
+/// Two frames that are half a turn apart are not together: the sine of that angle is 0. Closed positions bring them
+/// there.
+#[test]
+fn half_a_turn_is_an_error_of_a_loop() {
+    let text = "import \"six.urdf\" as left;\nimport \"six.urdf\" as right;
+Kinematics both
+{
+    fixed right.base in left.base at 0, 0, 0 rpy 0, 0, 180 deg;
+    loop bar { left.tool = right.tool; };
+    solver far { loop_errors; };
+    solver close { closed_positions; };
+};";
+    let both = cell(text, &[("six.urdf", SIX)]);
+    let arm = [0.3, -1.2, 1.1, 0.2, 0.7, 0.4];
+    let mut state = State::still([arm, arm].concat());
+    let still = [0.0; 12];
+    let errors = output(&both.solvers[0], "loop_errors", &state, &still);
+    let turn = errors[3..].iter().fold(0.0, |all, part| all + part * part);
+    near(&[turn.sqrt()], &[2.0], 1e-12);
+    for _ in 0..10 {
+        state.positions = output(&both.solvers[1], "closed_positions", &state, &still);
+    }
+    let errors = output(&both.solvers[0], "loop_errors", &state, &still);
+    near(&errors, &[0.0; 6], 1e-12);
 }
 
 /// Two arms with one bar, and the linkage: accelerations and forces of Pinocchio's constrained dynamics.

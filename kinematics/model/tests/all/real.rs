@@ -27,6 +27,7 @@ fn urdfs(folder: &Path, out: &mut Vec<PathBuf>) {
 ///
 /// With `KINEMATICS_STATES`, there are so many states of each fifth robot.
 #[test]
+#[ignore = "`cargo xtask soak kinematics` runs it: the package has 400 MB of meshes"]
 fn real_robots_move_as_those_of_pinocchio() {
     let test = "real_robots_move_as_those_of_pinocchio";
     let python = rc_test_support::python::packages("example-robots", PACKAGES, test);
