@@ -31,8 +31,11 @@ pub(super) struct Transport {
 }
 
 /// Measurements on this machine: for each middleware, the times of a message.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Table {
+    /// The name of the machine. Several machines may share a home folder.
+    #[serde(default)]
+    machine: String,
     #[serde(default)]
     middlewares: BTreeMap<String, Times>,
 }
@@ -50,19 +53,34 @@ fn place() -> PathBuf {
     logs::root().join("transport.json")
 }
 
+impl Table {
+    /// Nothing is measured yet on this machine.
+    fn new() -> Self {
+        let name = rustix::system::uname();
+        Self {
+            machine: name.nodename().to_string_lossy().into_owned(),
+            middlewares: BTreeMap::new(),
+        }
+    }
+}
+
+/// The table of this machine; that of another one does not count.
 fn read() -> Result<Table, Failure> {
     let path = place();
+    let new = Table::new();
     let text = match rc_files::read(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Table::default()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(new),
         Err(error) => return Err(Failure(3, format!("{}: {error}", path.display()))),
     };
     let table = serde_json::from_str(&text);
-    table.map_err(|error| {
+    let table: Table = table.map_err(|error| {
         let path = path.display();
         let help = "remove it, and measure again with `rcdeploy transport`";
         Failure(3, format!("{path} is damaged: {error}; {help}"))
-    })
+    })?;
+    let is_here = table.machine == new.machine;
+    Ok(if is_here { table } else { new })
 }
 
 /// The longest time of a message over each middleware that was measured on this machine.
@@ -85,7 +103,7 @@ pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
     // A damaged file is replaced as a whole.
     let mut table = match options.middleware {
         Some(_) => read()?,
-        None => Table::default(),
+        None => Table::new(),
     };
     let all = MEASURED.into_iter();
     for middleware in all.filter(|one| options.middleware.is_none_or(|only| only == *one)) {
@@ -114,8 +132,12 @@ fn measure(middleware: Middleware, messages: u32) -> Result<Times, Failure> {
         .args(["--messages", &messages.to_string()])
         .stdin(Stdio::null())
         .stdout(Stdio::piped());
-    let receiver = receiver.spawn().map_err(failed)?;
+    let mut receiver = receiver.spawn().map_err(failed)?;
     let sent = rc_observe::send_transport(&network, word, messages);
+    if sent.is_err() {
+        // It would wait for messages. It may have ended by itself.
+        let _ = receiver.kill();
+    }
     let output = receiver.wait_with_output().map_err(failed);
     rc_observe::remove_transport(&network);
     sent?;

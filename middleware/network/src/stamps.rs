@@ -38,13 +38,11 @@ pub fn reply_stamp(request: i64, age: Duration) -> i64 {
     /// The year 2116: no clock is that far ahead.
     const LAST: i64 = 1 << 62;
     let now = stamp(0);
+    let is_time = (1..LAST).contains(&request);
     if age.is_zero() {
-        return if (now..LAST).contains(&request) {
-            request
-        } else {
-            now
-        };
+        return if is_time { request.max(now) } else { now };
     }
+    let request = if is_time { request } else { now };
     let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
     request.saturating_sub(age).max(1)
 }
@@ -91,7 +89,11 @@ mod tests {
             assert_eq!(of(Duration::MAX), 1);
         }
         // A stranger without a clock.
-        assert!(reply_stamp(i64::MAX, Duration::ZERO) <= stamp(0));
+        for request in [i64::MIN, 0, i64::MAX] {
+            let of = |age| reply_stamp(request, age);
+            assert!(of(Duration::ZERO) <= stamp(0) && of(Duration::from_secs(1)) < stamp(0));
+            assert!(of(Duration::from_secs(1)) > 1, "{request}");
+        }
     }
 
     #[test]

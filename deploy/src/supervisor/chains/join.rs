@@ -88,15 +88,27 @@ struct Open {
 struct Stamps {
     keys: HashMap<u64, Key>,
     /// When each was sent, in this order.
-    order: VecDeque<(i64, u64)>,
+    order: VecDeque<(i64, u64, Key)>,
 }
 
 impl Stamps {
+    /// Forgets the oldest message.
+    fn forget(&mut self) {
+        // A later message may have the same stamp.
+        if let Some((_, stamp, key)) = self.order.pop_front()
+            && self.keys.get(&stamp) == Some(&key)
+        {
+            self.keys.remove(&stamp);
+        }
+    }
+
     /// Whether a stamp is younger than that of the newest message which was sent until then.
     fn are_older_than(&self, stamp: u64, until: i64) -> bool {
-        let mut newest = self.order.iter().rev();
-        let newest = newest.find(|(left, _)| *left <= until);
-        newest.is_some_and(|(_, known)| *known < stamp)
+        let sent = self.order.partition_point(|(left, ..)| *left <= until);
+        let newest = sent
+            .checked_sub(1)
+            .and_then(|newest| self.order.get(newest));
+        newest.is_some_and(|(_, known, _)| *known < stamp)
     }
 }
 
@@ -246,12 +258,14 @@ impl Joiner {
         let Some(stamps) = &mut self.stages[hop].stamps else {
             return;
         };
+        // Nobody has set this stamp.
+        if noted.stamp == 0 {
+            return;
+        }
         stamps.keys.insert(noted.stamp, key);
-        stamps.order.push_back((noted.left, noted.stamp));
-        if stamps.order.len() > MOST_OPEN
-            && let Some((_, oldest)) = stamps.order.pop_front()
-        {
-            stamps.keys.remove(&oldest);
+        stamps.order.push_back((noted.left, noted.stamp, key));
+        if stamps.order.len() > MOST_OPEN {
+            stamps.forget();
         }
     }
 
@@ -486,11 +500,8 @@ impl Joiner {
             stage.early.retain(|noted| noted.begun >= until);
             if let Some(stamps) = &mut stage.stamps {
                 let early = until.saturating_sub(self.patience);
-                while let Some((left, stamp)) = stamps.order.front()
-                    && *left < early
-                {
-                    stamps.keys.remove(stamp);
-                    stamps.order.pop_front();
+                while stamps.order.front().is_some_and(|(left, ..)| *left < early) {
+                    stamps.forget();
                 }
             }
         }

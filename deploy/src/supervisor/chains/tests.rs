@@ -543,4 +543,8 @@ fn a_program_outside_that_stamps_anew_is_found() {
         .map(|number| (number * 50, number * 50, 1))
         .collect();
     assert_eq!(through_outside(&others).0.hops[0].restamped, 0);
+    // Messages whose stamps nobody sets are not taken for each other.
+    let unset: Vec<_> = (1..20).map(|number| (number * 50, 0, 0)).collect();
+    let (status, _) = through_outside(&unset);
+    assert_eq!((status.complete, status.hops[0].restamped), (0, 0));
 }

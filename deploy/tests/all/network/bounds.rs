@@ -15,6 +15,8 @@ fn no_simulated_schedule_exceeds_the_worst_case() {
     let mut command = Command::new("python3");
     command.args([script, env!("CARGO_BIN_EXE_rcdeploy")]);
     command.arg(folder.path()).arg(schedules);
+    // The simulation has the assumed transport, not the one that this machine's user has measured.
+    command.env("XDG_STATE_HOME", folder.path());
     let Ok(run) = command.output() else {
         return python::skipped(test, "`python3` is not installed");
     };
@@ -70,8 +72,13 @@ fn the_transport_of_this_machine_is_measured() {
     let (transport, notes) = chain();
     assert!((transport - worst.expect("a time")).abs() < 1e-6, "{table}");
     assert_eq!(notes, "[\"transport is measured on this machine\"]");
-    // The check names a damaged file, and says what to do.
+    // Another machine with the same home folder has measured.
     let file = site.path("state").join("robocomp/transport.json");
+    let mut other = table.clone();
+    other["machine"] = "another".into();
+    std::fs::write(&file, other.to_string()).expect("to write");
+    assert_eq!(chain(), (0.2, "[\"transport is assumed\"]".to_owned()));
+    // The check names a damaged file, and says what to do.
     std::fs::write(&file, "{\"middlewares\": 7}").expect("to write");
     let damaged = site.rcdeploy(&["plan", "--unbuilt"], true);
     assert_eq!(damaged.code, 3, "{damaged:?}");
