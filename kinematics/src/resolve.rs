@@ -359,7 +359,8 @@ impl<'r> Resolver<'r> {
                 self.error("without-effect", payload.span, message.to_owned());
             }
             let doc = format!(
-                "`{}`: what `{}` carries: the mass in kg, the centre of mass in its frame in m (3 numbers), and the                 moments xx, xy, xz, yy, yz and zz about that centre along the axes of the frame in kg m².",
+                "`{}`: what `{}` carries: the mass in kg, the centre of mass in its frame in m (3 numbers), and the \
+                moments xx, xy, xz, yy, yz and zz about that centre along the axes of the frame in kg m².",
                 name.text, payload.link.text
             );
             payloads.push(Payload {
