@@ -144,7 +144,7 @@ impl Component {
         operation: &Operation,
         image: Image,
     ) -> Result<(), HandlerError> {
-        let (held, memory) = handles::hold_image(image);
+        let (held, memory) = handles::hold_image(&operation.request, image).map_err(undecodable)?;
         let call = Call {
             image: Some(memory),
             held,

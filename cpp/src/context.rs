@@ -9,7 +9,7 @@ use crate::status::{
 use rc_host::link::{self, Reading};
 use rc_host::{Aligned, HostError, Lent, Number, Operation, Program, session};
 use rc_middleware::{CallError, EncodeError, Encoding, Freshness, Made, Writer};
-use rc_values::{Struct, decode, decode_image, encode_body};
+use rc_values::{Struct, ValueError, check_image, decode, decode_image, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
@@ -156,9 +156,12 @@ pub(crate) fn send(loan: u64) -> Result<Answer, Answer> {
         request,
         memory,
     } = handles::take_loan(loan)?.ok_or_else(gone)?;
+    let invalid = |error: ValueError| Answer::new(INVALID_SAMPLE, 0, error.to_string());
     match memory {
         LoanMemory::Lent(mut lent) => {
-            let sample = lent.take().ok_or(HostError::WrongThread)?;
+            let mut sample = lent.take().ok_or(HostError::WrongThread)?;
+            // The program may have written any bytes.
+            check_image(&request, sample.memory_mut()).map_err(invalid)?;
             let encode = |image: &[u8]| {
                 let body = decode_image(&request, image).and_then(|value| encode_body(&value));
                 body.map_err(|error| EncodeError::NoValue(error.to_string()))
@@ -170,8 +173,7 @@ pub(crate) fn send(loan: u64) -> Result<Answer, Answer> {
         }
         LoanMemory::Own(mut image) => {
             let value = decode_image(&request, image.bytes_mut());
-            let value = value.map_err(|error| Answer::new(INVALID_SAMPLE, 0, error.to_string()))?;
-            link::publish(slot, operation, &value)??;
+            link::publish(slot, operation, &value.map_err(invalid)?)??;
         }
     }
     Ok(Answer::number(0))

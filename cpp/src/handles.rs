@@ -6,7 +6,7 @@ use crate::status::Answer;
 use rc_host::{Aligned, HostError, Image, Lent};
 use rc_middleware::CallError;
 use rc_middleware::typed::{Call, CallId};
-use rc_values::Struct;
+use rc_values::{Struct, ValueError, check_image};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -60,14 +60,20 @@ pub(crate) fn hold(held: Held) -> u64 {
     number
 }
 
-/// Keeps the image of a received sample. Returns its number and its memory.
-pub(crate) fn hold_image(mut image: Image) -> (u64, Bytes) {
-    // The address stays when the owner moves.
+/// Keeps the image of a received sample, for a program that reads it without checks. Returns its number
+/// and its memory.
+///
+/// # Errors
+/// It holds no value of its type.
+pub(crate) fn hold_image(ty: &Struct, mut image: Image) -> Result<(u64, Bytes), ValueError> {
     let memory = match &mut image {
-        Image::Copied(image) => Bytes::of(image.bytes_mut()),
-        Image::Kept(sample, _) => Bytes::of(sample.memory()),
+        Image::Copied(image) => image.bytes_mut(),
+        Image::Kept(sample, _) => sample.memory(),
     };
-    (hold(Held::Image(image)), memory)
+    check_image(ty, memory)?;
+    // The address stays when the owner moves.
+    let memory = Bytes::of(memory);
+    Ok((hold(Held::Image(image)), memory))
 }
 
 /// Ends it. An unknown number is one that has ended.

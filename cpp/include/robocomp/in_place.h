@@ -61,7 +61,7 @@ class Bounded {
   T& at(std::size_t at) { return checked(*this, at); }
   const T& at(std::size_t at) const { return checked(*this, at); }
 
-  // Sets the number of elements. New ones have their default, except numbers, which have any value.
+  // Sets the number of elements. New ones have their default, except numbers and enumerators, which have any value.
   // Throws `rc::InvalidSample` if there is no room.
   void resize(std::size_t size) {
     if (size > Bound) {
@@ -231,8 +231,6 @@ class Held {
   ~Held() { drop(); }
 
   std::uint64_t number() const { return number_; }
-  // The number, which this does not drop any more.
-  std::uint64_t release() { return std::exchange(number_, 0); }
 
  private:
   void drop() {
@@ -243,10 +241,13 @@ class Held {
   std::uint64_t number_ = 0;
 };
 
-// The structure at the beginning of memory, which is as long.
+// Whether memory is that of one structure.
 template <class T>
-void check_size(const rc_bytes& memory) {
+void check_memory(const rc_bytes& memory) {
   static_assert(std::is_standard_layout_v<T>, "a structure in place has the layout of C");
+  if (reinterpret_cast<std::uintptr_t>(memory.data) % alignof(T) != 0) {
+    throw MalformedReply("a sample in place is not aligned for its type");
+  }
   if (memory.size != sizeof(T)) {
     throw MalformedReply("a sample in place has " + std::to_string(memory.size) + " bytes, its type " +
                          std::to_string(sizeof(T)) + "; generate the component again, and build it");
@@ -291,7 +292,7 @@ class View {
 
   // For generated code.
   View(detail::Held held, rc_bytes memory) : held_(std::move(held)) {
-    detail::check_size<T>(memory);
+    detail::check_memory<T>(memory);
     place_ = reinterpret_cast<const T*>(memory.data);
   }
 
@@ -311,7 +312,7 @@ template <class T>
 class Loan {
  public:
   explicit Loan(const rc_answer& begun) : held_(static_cast<std::uint64_t>(begun.number)) {
-    detail::check_size<T>(begun.bytes);
+    detail::check_memory<T>(begun.bytes);
     // Unused elements keep the bytes of an earlier sample.
     place_ = new (const_cast<std::uint8_t*>(begun.bytes.data)) T;
   }
@@ -327,11 +328,14 @@ class Loan {
   T* operator->() const { return place(); }
   // Copies a value into it.
   void set(const typename T::rc_value& value) const { detail::Copy::set(*place(), value); }
-  // Publishes the sample.
+  // Publishes the sample. Whether or not it throws, the loan has ended: `rc::InvalidSample` if an enumerator,
+  // a text or a number is none of its type.
   void send() {
     place();
     place_ = nullptr;
-    detail::checked(robocomp_send(held_.release()));
+    // Another thread sends nothing; then this gives the memory back.
+    const detail::Held held = std::move(held_);
+    detail::checked(robocomp_send(held.number()));
   }
 
  private:

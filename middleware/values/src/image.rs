@@ -12,15 +12,26 @@ use std::sync::Arc;
 
 /// Decodes a memory image. A length above its bound counts as the bound.
 pub fn decode_image(ty: &Arc<Struct>, bytes: &[u8]) -> Result<Value, ValueError> {
-    let layout = layout(ty.layout, &ty.name)?;
-    if layout.size != bytes.len() {
-        let (length, size) = (bytes.len(), layout.size);
-        let name = &ty.name;
-        let reason = format!("{length} bytes are not `{name}` in place, which has {size}");
-        return Err(ValueError::new(reason));
-    }
+    check_size(ty, bytes)?;
     let mut budget = Budget::of(bytes.len());
     read_structure(ty, bytes, &mut budget)
+}
+
+/// Fails where [`decode_image`] fails, and makes no value. Numbers without a range are not read.
+pub fn check_image(ty: &Struct, bytes: &[u8]) -> Result<(), ValueError> {
+    check_size(ty, bytes)?;
+    check_structure(ty, bytes)
+}
+
+fn check_size(ty: &Struct, bytes: &[u8]) -> Result<(), ValueError> {
+    let layout = layout(ty.layout, &ty.name)?;
+    if layout.size == bytes.len() {
+        return Ok(());
+    }
+    let (length, size) = (bytes.len(), layout.size);
+    let name = &ty.name;
+    let reason = format!("{length} bytes are not `{name}` in place, which has {size}");
+    Err(ValueError::new(reason))
 }
 
 /// The memory image of a structure whose type has one. Unused elements are zero.
@@ -181,6 +192,79 @@ fn read_elements(
         items.push(item.map_err(|error| error.in_element(at))?);
     }
     Ok(Value::Sequence(items))
+}
+
+/// Whether every pattern of bytes is a value of a type.
+fn has_all_patterns(ty: &Type) -> bool {
+    match ty {
+        Type::Primitive(primitive) => *primitive != Primitive::Bool,
+        Type::Sequence { element, .. } | Type::Array { element, .. } => has_all_patterns(element),
+        Type::Named(Named::Struct(of)) => of.members.iter().all(is_unchecked),
+        Type::Named(Named::Enum(_)) | Type::Text { .. } | Type::Dictionary { .. } => false,
+    }
+}
+
+fn is_unchecked(member: &Member) -> bool {
+    member.range.is_none() && has_all_patterns(&member.ty)
+}
+
+fn check_structure(ty: &Struct, bytes: &[u8]) -> Result<(), ValueError> {
+    for member in members(ty) {
+        let (member, at, size) = member?;
+        if !is_unchecked(member) {
+            let checked = part(bytes, at, size).and_then(|bytes| check_member(member, bytes));
+            checked.map_err(|error| error.in_member(&member.name))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_member(member: &Member, bytes: &[u8]) -> Result<(), ValueError> {
+    if member.range.is_some() {
+        return read_member_image(member, bytes).map(drop);
+    }
+    if !member.optional {
+        return check(&member.ty, bytes);
+    }
+    match counted(&member.ty, bytes, 1)? {
+        (0, ..) => Ok(()),
+        (_, items, size) => check(&member.ty, part(items, 0, size)?),
+    }
+}
+
+fn check(ty: &Type, bytes: &[u8]) -> Result<(), ValueError> {
+    match ty {
+        Type::Sequence { element, bound } => {
+            let (used, items, size) = counted(element, bytes, bound.unwrap_or(0))?;
+            check_elements(element, used, size, items)
+        }
+        Type::Array { element, length } => {
+            let of = layout(types::layout(element), &element.to_string())?;
+            check_elements(element, *length as usize, of.size, bytes)
+        }
+        Type::Named(Named::Struct(of)) => check_structure(of, bytes),
+        Type::Named(Named::Enum(_))
+        | Type::Primitive(_)
+        | Type::Text { .. }
+        | Type::Dictionary { .. } => read(ty, bytes, &mut Budget::of(bytes.len())).map(drop),
+    }
+}
+
+fn check_elements(
+    element: &Type,
+    count: usize,
+    size: usize,
+    bytes: &[u8],
+) -> Result<(), ValueError> {
+    if has_all_patterns(element) {
+        return Ok(());
+    }
+    for at in 0..count {
+        let item = part(bytes, at.saturating_mul(size), size);
+        let checked = item.and_then(|bytes| check(element, bytes));
+        checked.map_err(|error| error.in_element(at))?;
+    }
+    Ok(())
 }
 
 /// The part of an image that starts at `at`, for writing.

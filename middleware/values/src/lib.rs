@@ -53,7 +53,9 @@ pub use checks::written;
 pub use decode::{decode, decode_from};
 pub use encode::{encode, encode_body};
 pub use error::{DescriptionError, ValueError};
-pub use image::{decode_image, encode_image, image_members, read_member_image, write_member_image};
+pub use image::{
+    check_image, decode_image, encode_image, image_members, read_member_image, write_member_image,
+};
 pub use json::{default, from_json};
 pub use numbers::Numbers;
 pub use rc_vocabulary::Pattern;

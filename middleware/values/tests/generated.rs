@@ -7,8 +7,8 @@ use rc_middleware::in_place::{self, InPlace};
 use rc_middleware::{Cdr, Encoding, Reader, Writer};
 use rc_values::description::Module;
 use rc_values::{
-    Catalog, Member, Named, Number, Numbers, Primitive, Range, Struct, Type, Value, decode,
-    decode_image, default, encode_body, encode_image, from_json,
+    Catalog, Member, Named, Number, Numbers, Primitive, Range, Struct, Type, Value, check_image,
+    decode, decode_image, default, encode_body, encode_image, from_json,
 };
 use std::sync::Arc;
 
@@ -215,6 +215,7 @@ fn agrees_in_place<T: InPlace>(catalog: &Catalog, name: &str) {
         placed.set(&generated).expect("it fits");
         let back = decode_image(&ty, placed.as_bytes()).expect("an image");
         assert_eq!(back, value, "{name}");
+        assert_eq!(check_image(&ty, placed.as_bytes()), Ok(()), "{name}");
         Ok(())
     })
     .budget_ms(150);
@@ -323,7 +324,8 @@ fn random_bytes_are_values_or_errors() {
         if let Some(layout) = ty.layout.filter(|layout| layout.size < 4096) {
             let mut image = bytes.clone();
             image.resize(layout.size, 0xff);
-            let _ = decode_image(ty, &image);
+            let decoded = decode_image(ty, &image).map(drop);
+            assert_eq!(decoded, check_image(ty, &image), "{}", ty.name);
         }
         let _ = decode(ty, Encoding::Image, &bytes);
         Ok(())

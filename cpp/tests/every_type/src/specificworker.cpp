@@ -163,6 +163,28 @@ void SpecificWorker::compute() {
   }
 }
 
+// An error of `send` ends the loan: the topic lends one at a time.
+void SpecificWorker::loans_that_are_not_sent() {
+  auto invalid = copies_pubproxy->loan();
+  invalid->kinds[1] = static_cast<RcTypes::Kind>(77);
+  try {
+    invalid.send();
+    throw rc::Fatal("a number of no enumerator was sent");
+  } catch (const rc::InvalidSample&) {
+  }
+  auto foreign = copies_pubproxy->loan();
+  std::string thrown = "nothing";
+  std::thread([&] {
+    try {
+      foreign.send();
+    } catch (const rc::WrongThread&) {
+      thrown = "WrongThread";
+    }
+  }).join();
+  if (thrown != "WrongThread") throw rc::Fatal("another thread sent a sample");
+  copies_pubproxy->loan();
+}
+
 void SpecificWorker::Pictures_picture(rc::View<RcTypes::PictureInPlace> picture) {
   if (picture->number % 2 == 0) {
     copies_pubproxy->copy(picture.copy());
@@ -178,6 +200,7 @@ void SpecificWorker::Pictures_picture(rc::View<RcTypes::PictureInPlace> picture)
       throw rc::Fatal("a loan was used after it was sent");
     } catch (const rc::Dangling&) {
     }
+    loans_that_are_not_sent();
   }
   last_ = std::move(picture);
   if (picture || !last_) throw rc::Fatal("a view moves");

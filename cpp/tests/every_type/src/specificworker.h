@@ -43,6 +43,8 @@ class SpecificWorker final : public GenericWorker {
   }
 
  private:
+  void loans_that_are_not_sent();
+
   std::vector<std::int32_t> numbers_;
   rc::View<RcTypes::PictureInPlace> last_;
   std::vector<decltype(ctx.asked[rc::Member()].start_echo({}))> echoes_;
