@@ -91,7 +91,10 @@ pub fn gone(cdsl: &Path) -> io::Result<Vec<String>> {
         if !path.is_file() {
             continue;
         }
-        let text = rc_files::read(&path).map_err(|error| crate::paths::named(&path, &error))?;
+        let text = rc_files::read_bytes(&path);
+        let text = text.map_err(|error| crate::paths::named(&path, &error))?;
+        // Comments of old files may be Latin-1.
+        let text = String::from_utf8_lossy(&text);
         for (word, instead) in GONE {
             let mut lines = text.lines().enumerate();
             let found = lines.find(|(_, line)| uses(line, word));

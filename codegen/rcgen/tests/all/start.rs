@@ -211,10 +211,13 @@ fn a_component_of_robocomp() {
         "import \"Tags.idsl\";\n// Finds tags.\nComponent OldOne\n{\n    Communications { requires Tags; };\n    \
          language Cpp11;\n    parameters \"old.pdsl\";\n};\n",
     );
-    write(
-        &old.join("src/specificworker.cpp"),
-        "// QTimer\nvoid SpecificWorker::initialize()\n{\n    connect(&timer, SIGNAL(timeout()), this, SLOT(compute()));\n}\n",
-    );
+    // Its comments are in Latin-1.
+    std::fs::create_dir(old.join("src")).expect("a folder");
+    std::fs::write(
+        old.join("src/specificworker.cpp"),
+        b"// QTimer f\xfcr\nvoid SpecificWorker::initialize()\n{\n    connect(&timer, SIGNAL(timeout()), this, SLOT(compute()));\n}\n",
+    )
+    .expect("to write");
     let cdsl = |name: &str, language: &str| {
         assert_eq!(
             read(&robot.join(format!("components/{name}/{name}.cdsl"))),

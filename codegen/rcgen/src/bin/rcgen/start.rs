@@ -94,15 +94,15 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
         tell(format_args!("{} was removed again", folder.display()));
         return generated;
     }
-    if let (Language::Cpp, Some(old)) = (wanted.language, &wanted.from) {
-        for line in from_robocomp::gone(old).map_err(system)? {
-            tell(format_args!("{line}"));
-        }
-    }
     let member = new_component::member(&workspace, &wanted).map_err(system)?;
     for step in member.write(workspace.root()).map_err(system)? {
         if step.change == Change::Update {
             print_line(format_args!("update {}", root.join(&step.path).display()));
+        }
+    }
+    if let (Language::Cpp, Some(old)) = (wanted.language, &wanted.from) {
+        for line in from_robocomp::gone(old).map_err(system)? {
+            tell(format_args!("{line}"));
         }
     }
     Ok(())
