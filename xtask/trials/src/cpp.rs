@@ -5,7 +5,7 @@ use crate::programs::{Failure, LongTest, long_tests};
 use std::time::Duration;
 
 /// The longest time of one run.
-const LIMIT: Duration = Duration::from_secs(3600);
+const LIMIT: Duration = Duration::from_hours(1);
 
 const LONG: [LongTest; 3] = [
     (
