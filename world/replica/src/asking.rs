@@ -213,12 +213,11 @@ impl Core {
 
     /// The answer to a question. If it does not hold all, it has as many ranges as it holds.
     fn answer_of(&self, question: &Question) -> Option<Vec<u8>> {
-        let size = |delta: &Delta| wire::size(&delta.records);
         let most = self.protocol.most_answer;
         let mut ranges: Vec<u32> = question.ranges.clone();
         if ranges.is_empty() {
             let delta = self.replica.delta_since(&question.since);
-            if size(&delta) <= most {
+            if wire::size_of(&delta) <= most {
                 return Some(wire::answer(&[delta]));
             }
             ranges = (0..RANGES as u32).collect();
@@ -231,7 +230,7 @@ impl Core {
         let (mut deltas, mut bytes) = (Vec::new(), 0);
         for range in ranges {
             let delta = self.replica.range(range as usize, RANGES);
-            bytes += size(&delta);
+            bytes += wire::size_of(&delta);
             if bytes > most {
                 break;
             }
@@ -302,14 +301,16 @@ impl Core {
         whole: &[u8],
         parts_from: Option<u64>,
     ) -> bool {
+        // An answer that is no further part ends the others: another replica is asked then.
+        let parts = parts_from.and_then(|_| self.protocol.answers.parts.take());
         let mut is_part = false;
         match wire::read_answer(whole) {
             Ok(deltas) => {
                 let deltas = match parts_from.filter(|_| Parts::are(&deltas)) {
-                    Some(from) => self.add_parts(from, deltas),
+                    Some(from) => self.add_parts(from, parts, deltas),
                     None => deltas,
                 };
-                is_part = self.protocol.answers.parts.is_some();
+                is_part = parts_from.is_some() && self.protocol.answers.parts.is_some();
                 for delta in deltas {
                     let at = between(time, graph.snapshot().time(), time);
                     self.merge_answer(graph, at, &delta);
@@ -325,9 +326,8 @@ impl Core {
     }
 
     /// Adds parts of a world. Returns the world once all are here.
-    fn add_parts(&mut self, from: u64, deltas: Vec<Delta>) -> Vec<Delta> {
-        let answers = &mut self.protocol.answers;
-        let known = answers.parts.take().filter(|parts| parts.from == from);
+    fn add_parts(&mut self, from: u64, known: Option<Parts>, deltas: Vec<Delta>) -> Vec<Delta> {
+        let known = known.filter(|parts| parts.from == from);
         let mut parts = known.unwrap_or_else(|| Parts::begin(from, &deltas));
         let before = parts.missing().len();
         if !parts.add(deltas) {
@@ -341,7 +341,7 @@ impl Core {
         if parts.missing().is_empty() {
             return vec![parts.whole()];
         }
-        answers.parts = Some(parts);
+        self.protocol.answers.parts = Some(parts);
         Vec::new()
     }
 }

@@ -307,6 +307,13 @@ pub(crate) fn size(records: &[Record]) -> usize {
     sizes.sum()
 }
 
+/// About how many bytes a delta has in an answer.
+pub(crate) fn size_of(delta: &Delta) -> usize {
+    let vectors = [&delta.seen, &delta.since, &delta.upto, &delta.forgotten];
+    let vectors: usize = vectors.iter().map(|vector| vector.len() * 16).sum();
+    64 + vectors + size(&delta.records)
+}
+
 fn nanos(time: Time) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }

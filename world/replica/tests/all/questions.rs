@@ -128,6 +128,48 @@ fn a_stranger_that_repeats_a_part_of_its_answer_keeps_nobody_from_asking_others(
     assert_eq!(world.snapshot().node_count(), 1);
 }
 
+/// It sends one part of a world, and then answers without the other ones.
+#[test]
+fn a_stranger_that_begins_with_parts_keeps_nobody_from_asking_others() {
+    let (world, other) = (world(7), world(200));
+    let schema = schema_of(&world);
+    add(&other, "room", "kitchen");
+    let mut part = Writer::default();
+    part.put(&1_u32);
+    part.put(&STRANGER);
+    // Four vectors, the range 0 of 64, no steps.
+    for number in [0_u32, 0, 0, 0, 2, 0, 64, 0] {
+        part.put(&number);
+    }
+    let part = part.into_bytes();
+    let mut questions = 0;
+    for step in 0..800 {
+        let now = Duration::from_millis(10) * step;
+        if step % 100 == 0 {
+            world.receive(now, digest(schema, STRANGER, 1));
+        }
+        world.turn(now);
+        while let Some(message) = world.take() {
+            if let Some((STRANGER, number)) = asked(&message) {
+                let bytes = if questions == 0 { &part[..] } else { &[0; 4] };
+                world.receive(now, chunk(7, number, 1, bytes));
+                questions += 1;
+            }
+            other.receive(now, message);
+        }
+        other.turn(now);
+        while let Some(message) = other.take() {
+            // Its change is lost.
+            if message.topic() != Topic::Change {
+                world.receive(now, message);
+            }
+        }
+    }
+    assert!(questions > 1, "{questions} questions");
+    assert_eq!(world.snapshot().node_count(), 1);
+    assert!(world.has_joined());
+}
+
 #[test]
 fn a_second_loss_right_after_an_answer_is_repaired_as_soon_as_the_first_one() {
     let mut network = Network::new(2, CALM, 5);
