@@ -362,7 +362,7 @@ impl Core {
             conflict.reason == Reason::EndRemoved
                 && (writer == own || is_its_turn && !others.contains(&writer))
         });
-        let gone: BTreeSet<Id> = dangling
+        let mut gone: BTreeSet<Id> = dangling
             .map(|conflict| conflict.id)
             .take(MOST_TIDIED)
             .collect();
@@ -377,6 +377,9 @@ impl Core {
             Ok::<_, graph_merge::Error>(())
         });
         self.protocol.digests.clear();
+        // An edge takes those that start or end there with it.
+        let also = delta.iter().flat_map(|delta| &delta.records);
+        gone.extend(also.map(graph_merge::Record::of));
         self.show(graph, time, &gone);
         match delta {
             Ok(delta) if delta.records.is_empty() => {}
