@@ -7,7 +7,7 @@ use std::time::Instant;
 
 /// How many bytes of messages wait at most. The replica asks for what it lacks.
 const MOST_HELD: usize = 4 << 20;
-/// How many newcomers are known at most.
+/// How many replicas are known at most, and how many newcomers wait.
 const MOST: usize = 1024;
 
 /// The messages of newcomers.
@@ -49,7 +49,11 @@ impl Newcomers {
         if known.contains(&sender) {
             return Some(message);
         }
-        if !self.waiting.contains_key(&sender) && self.waiting.len() < MOST {
+        let is_new = !self.waiting.contains_key(&sender);
+        if is_new && known.len() + self.waiting.len() >= 2 * MOST {
+            return None;
+        }
+        if is_new {
             self.waiting.insert(sender, Instant::now());
             self.are_new = true;
         }
