@@ -131,11 +131,12 @@ impl Front {
         (place, folders): (&Path, &Folders),
     ) -> Vec<String> {
         let shown = self.shown.replace(Arc::clone(world));
-        if let Some(shown) = shown.filter(|_| self.problems.is_empty()) {
+        if let Some(shown) = shown {
             if shown.version() == world.version() {
                 return Vec::new();
             }
-            if self.follow_values(&shown, world, model, time, (place, folders)) {
+            let is_whole = self.problems.is_empty();
+            if is_whole && self.follow_values(&shown, world, model, time, (place, folders)) {
                 return Vec::new();
             }
         }
