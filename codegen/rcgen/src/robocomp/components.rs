@@ -25,8 +25,8 @@ pub(super) struct Component {
 }
 
 impl Component {
-    /// Reads a component by its `.cdsl`.
-    pub(super) fn read(file: &Path) -> Result<Self, String> {
+    /// Reads a component by its `.cdsl`, which is in a folder of RoboComp.
+    pub(super) fn read(file: &Path, within: &Path) -> Result<Self, String> {
         let wrong = |reason: &dyn std::fmt::Display| {
             clean(&format!("{} is left out: {reason}", file.display()))
         };
@@ -37,13 +37,14 @@ impl Component {
         let description = "it is not a description of a component; `rcgen check` says why";
         let tree = parsed.component.ok_or_else(|| wrong(&description))?;
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        let mut left = Vec::new();
         let mut component = Self {
             name: tree.name.text.clone(),
-            settings: settings(&folder),
+            settings: settings(&folder, &mut left),
             folder,
             slots: Vec::new(),
             files: Vec::new(),
-            left: Vec::new(),
+            left,
         };
         // An absolute path leads to an installation of RoboComp.
         let mut edits: Vec<(Span, String)> = Vec::new();
@@ -60,7 +61,11 @@ impl Component {
                 Clause::Communications(all) => component.take_slots(all),
                 Clause::Parameters(_) => has_parameters = true,
                 Clause::Period(_) => has_period = true,
-                Clause::StateMachine(machine, ..) => component.take_machine(&machine.text),
+                Clause::StateMachine(machine, ..) => {
+                    let name = component.take_machine(&machine.text, within);
+                    let name = name.filter(|name| *name != machine.text);
+                    edits.extend(name.map(|name| (machine.span, format!("\"{name}\""))));
+                }
                 _ => {}
             }
         }
@@ -97,11 +102,7 @@ impl Component {
     pub(super) fn configuration(&self, at: usize) -> PathBuf {
         match at {
             0 => "etc/config.toml".into(),
-            _ => {
-                let file = &self.settings[at].file;
-                let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-                format!("etc/{stem}.toml").into()
-            }
+            _ => format!("etc/{}.toml", stem_of(&self.settings[at].file)).into(),
         }
     }
 
@@ -120,15 +121,30 @@ impl Component {
         }
     }
 
-    fn take_machine(&mut self, file: &str) {
-        let path = self.folder.join(file);
-        let name = Path::new(file).file_name().map(PathBuf::from);
-        match (name, rc_files::read(&path)) {
-            (Some(name), Ok(text)) => self.files.push((name, text)),
-            _ => self
-                .left
-                .push(clean(&format!("its state machine `{file}` is missing"))),
+    /// Takes a state machine of the folder of RoboComp. Returns its new name, beside the description.
+    fn take_machine(&mut self, file: &str, within: &Path) -> Option<String> {
+        let mut take = || {
+            let path = self.folder.join(file).canonicalize().ok()?;
+            let is_machine = path.extension().is_some_and(|ending| ending == "smdsl");
+            if !is_machine || !path.starts_with(within.canonicalize().ok()?) {
+                return None;
+            }
+            let name = Path::new(file).file_name()?.to_str()?.to_owned();
+            let text = rc_files::read(&path).ok()?;
+            self.files.push((name.clone().into(), text));
+            Some(name)
+        };
+        let name = take();
+        if name.is_none() {
+            let why = if self.folder.join(file).exists() {
+                "no .smdsl of the imported folder"
+            } else {
+                "missing"
+            };
+            self.left
+                .push(clean(&format!("its state machine `{file}` is {why}")));
         }
+        name
     }
 
     /// Remaining work from the configurations, each sentence once, and from the code of the worker.
@@ -173,8 +189,14 @@ impl Component {
     }
 }
 
+/// The name of a configuration. `config.toml` and `config` are two forms of one.
+pub(super) fn stem_of(file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.strip_suffix(".toml").unwrap_or(&name).to_owned()
+}
+
 /// The configurations of a component: `etc/config.toml`, else `etc/config`, then others by name.
-fn settings(folder: &Path) -> Vec<Settings> {
+fn settings(folder: &Path, left: &mut Vec<String>) -> Vec<Settings> {
     let entries = std::fs::read_dir(folder.join("etc"))
         .into_iter()
         .flatten()
@@ -184,15 +206,29 @@ fn settings(folder: &Path) -> Vec<Settings> {
         .map(|entry| entry.path())
         .filter(is_configuration)
         .collect();
-    let is_usual = |path: &PathBuf| path.file_stem().is_some_and(|stem| stem == "config");
-    files.sort_by_key(|path| (!is_usual(path), path.extension().is_none(), path.clone()));
+    files.sort_by_key(|path| {
+        let (stem, is_toml) = (stem_of(path), path.extension().is_some_and(|e| e == "toml"));
+        (stem != "config", stem, !is_toml)
+    });
     // Of two forms of one configuration, TOML is the newer one.
     let mut stems = BTreeSet::new();
-    files.retain(|path| stems.insert(path.with_extension("")));
+    files.retain(|path| stems.insert(stem_of(path)));
     let read = |file: PathBuf| {
-        rc_files::read(&file)
-            .ok()
-            .map(|text| Settings::parse(&file, &text))
+        // The name is a part of a description.
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.+".contains(c);
+        let text = if stem_of(&file).chars().all(is_plain) {
+            rc_files::read(&file).map_err(|error| error.to_string())
+        } else {
+            Err("its name has other characters than letters, digits and `_-.+`".to_owned())
+        };
+        match text {
+            Ok(text) => Some(Settings::parse(&file, &text)),
+            Err(reason) => {
+                let name = name(&file);
+                left.push(clean(&format!("etc/{name} is left out: {reason}")));
+                None
+            }
+        }
     };
     files.into_iter().filter_map(read).collect()
 }

@@ -9,7 +9,7 @@ mod deployments;
 mod parameters;
 mod settings;
 
-use components::Component;
+use components::{Component, stem_of};
 use deployments::{Deployment, Node};
 use parameters::identifier;
 use rc_codegen::files::Owner;
@@ -66,7 +66,7 @@ impl Import {
         let mut components: Vec<Component> = Vec::new();
         let mut others = Vec::new();
         for file in with("cdsl") {
-            match Component::read(&file) {
+            match Component::read(&file, folder) {
                 Ok(new) => match components
                     .iter()
                     .find(|known| known.name.eq_ignore_ascii_case(&new.name))
@@ -197,10 +197,9 @@ impl Import {
                 continue;
             };
             let is_named = |settings: &Settings| {
-                let stem = settings.file.file_stem();
-                node.words
-                    .iter()
-                    .any(|word| Path::new(word).file_stem() == stem)
+                let own = stem_of(&settings.file);
+                let mut words = node.words.iter();
+                words.any(|word| stem_of(Path::new(word)) == own)
             };
             let at = component.settings.iter().position(is_named);
             let words = &node.words;
@@ -215,11 +214,12 @@ impl Import {
                 ));
             }
             let mut name = identifier(&node.alias);
-            while members
-                .iter()
-                .any(|known| known.name.eq_ignore_ascii_case(&name))
-            {
-                name.push_str("_2");
+            for number in 2.. {
+                let mut known = members.iter();
+                if !known.any(|known| known.name.eq_ignore_ascii_case(&name)) {
+                    break;
+                }
+                name = format!("{}_{number}", identifier(&node.alias));
             }
             let at = at.unwrap_or(0);
             self.placed.insert(component.name.clone());

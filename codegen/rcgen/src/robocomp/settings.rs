@@ -116,12 +116,18 @@ impl Settings {
             | ["TopicManager", ..]
             | ["Proxies", "TopicManager"]
             | ["CommonBehavior" | "CommonBehaviorComponent", "Endpoints"] => {}
-            ["Period", "Compute"] => match &entry.value {
-                Value::Int(ms) => self.period = i32::try_from(*ms).ok().map(f64::from),
-                Value::Float(ms) => self.period = Some(*ms),
-                Value::Text(ms) => self.period = ms.parse().ok(),
-                _ => {}
-            },
+            ["Period", "Compute"] => {
+                let ms = match &entry.value {
+                    Value::Int(ms) => i32::try_from(*ms).ok().map(f64::from),
+                    Value::Float(ms) => Some(*ms),
+                    Value::Text(ms) => ms.parse().ok(),
+                    _ => None,
+                };
+                self.period = ms.filter(|ms| ms.is_finite() && *ms > 0.0);
+                if self.period.is_none() {
+                    self.leave(&entry, "it is no period in milliseconds");
+                }
+            }
             ["Period", ..] => self.leave(&entry, "`emergency` runs with the period of `compute`"),
             ["Agent" | "ViewAgent", ..] => {
                 self.leave(

@@ -33,6 +33,12 @@ fn folder() -> tempfile::TempDir {
         "old/hand/etc/config_left",
         "Endpoints.Gripper = \"tcp -p 10501\"\nMotor.Device = \"/dev/ttyUSB1\"\nMotor.Force = 3\n",
     );
+    // No other form of `etc/config`.
+    write(
+        path,
+        "old/hand/etc/config.simulated",
+        "Period.Compute = nan\nMotor.Device = \"/dev/null\"\n",
+    );
     write(path, "old/hand/src/specificworker.cpp", "a\nb\nc\n");
     write(path, "old/hand/src/genericworker.cpp", "generated\n");
     let mind = "import \"Grip.idsl\";\nComponent mind\n{\n    Communications { requires Gripper; };\n    language Python;\n    statemachine \"mind.smdsl\";\n};\n";
@@ -42,7 +48,14 @@ fn folder() -> tempfile::TempDir {
         "old/mind/etc/config",
         "# The hand\nGripperProxy = gripper:tcp -h localhost -p 10501\nAgent.id = 55 # Change id\nspeed=1\n",
     );
-    let lonely = "import \"Grip.idsl\";\nComponent lonely\n{\n    Communications { requires Gripper; };\n    language Cpp;\n};\n";
+    let lonely = "import \"Grip.idsl\";\nComponent lonely\n{\n    Communications { requires Gripper; };\n    language Cpp;\n    statemachine \"../../outside.smdsl\";\n};\n";
+    write(path, "outside.smdsl", "not of the folder");
+    write(
+        path,
+        "old/walker/walker.cdsl",
+        "Component walker { language Cpp; statemachine \"../machines/walk.smdsl\"; };\n",
+    );
+    write(path, "old/machines/walk.smdsl", "a machine");
     write(path, "old/lonely/lonely.cdsl", lonely);
     write(
         path,
@@ -171,10 +184,12 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
         ## Hand
 
         - `Period.Emergency` is left out: `emergency` runs with the period of `compute`
+        - `Period.Compute` is left out: it is no period in milliseconds
         - 3 lines of code in old/hand/src stay; move them into the worker that `rcgen generate` makes (docs/from-robocomp.md)
 
         ## lonely
 
+        - its state machine `../../outside.smdsl` is no .smdsl of the imported folder
         - `Gripper`: no component of the folder serves 10.0.0.8:10777
 
         ## mind
@@ -210,10 +225,18 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
     ];
     let (code, out, err) = rcgen(path, &hand);
     assert_eq!((code, err.contains("error")), (0, false), "{out}{err}");
+    let simulated = text("components/Hand/etc/config.simulated.toml");
+    assert!(simulated.contains("\"/dev/null\""), "{simulated}");
+    let walker = text("components/walker/walker.cdsl");
+    assert!(walker.contains("statemachine \"walk.smdsl\""), "{walker}");
+    assert_eq!(text("components/walker/walk.smdsl"), "a machine");
+    assert!(!path.join("new/components/lonely/outside.smdsl").exists());
     // A file that the user has changed stays.
-    write(path, "new/components/Hand/Hand.pdsl", "mine");
-    rcgen(path, &["import", "robocomp", "old", "--out", "new"]);
-    assert_eq!(text("components/Hand/Hand.pdsl"), "mine");
+    for mine in ["components/Hand/Hand.pdsl", "IMPORT.md"] {
+        write(path, &format!("new/{mine}"), "mine");
+        rcgen(path, &["import", "robocomp", "old", "--out", "new"]);
+        assert_eq!(text(mine), "mine");
+    }
 }
 
 #[test]

@@ -2,17 +2,18 @@
 
 use crate::checks;
 use crate::command_line::Common;
-use crate::reports::{Failure, print, print_line, refused, system};
+use crate::reports::{Failure, print, print_line, system};
+use rc_codegen::files::Owner;
 use rcgen::robocomp::Import;
 use std::path::Path;
 
-/// Where the list is that the command prints.
+/// Where the list is that the command prints, unless an earlier one is there.
 const REPORT: &str = "IMPORT.md";
 
 /// Writes the components and networks of a folder of RoboComp, and lists what stays to be done. A
 /// file that exists stays as it is.
 pub(crate) fn import(folder: &Path, out: &Path, common: &Common) -> Result<(), Failure> {
-    let import = Import::of(folder).map_err(system)?;
+    let mut import = Import::of(folder).map_err(system)?;
     if import.is_empty() {
         let message = format!(
             "{}: no file of RoboComp is there; expected .cdsl files, files of rcmanager, or sub.toml",
@@ -20,6 +21,8 @@ pub(crate) fn import(folder: &Path, out: &Path, common: &Common) -> Result<(), F
         );
         return Err(Failure::Usage(message));
     }
+    let report = import.report();
+    import.files.add(REPORT, Owner::Specific, report.clone());
     let mut common = Common {
         include: common.include.clone(),
         format: common.format,
@@ -33,9 +36,6 @@ pub(crate) fn import(folder: &Path, out: &Path, common: &Common) -> Result<(), F
             descriptions.push(path);
         }
     }
-    let (path, report) = (out.join(REPORT), import.report());
-    rc_files::write(&path, &report).map_err(|error| refused(&path, &error))?;
-    print_line(format_args!("create {}", path.display()));
     print(&format!("\n{report}"));
     checks::check(&descriptions, false, None, &common)
 }
