@@ -12,7 +12,7 @@ use rc_deploy_export::{Export, INSTALLED, Supervised, supervised, supervisor_uni
 use rc_deploy_network::Network;
 use std::ffi::OsString;
 use std::os::unix::fs::MetadataExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Where systemd looks for units of the system that packages do not own.
@@ -52,13 +52,12 @@ impl Manager {
         })
     }
 
-    /// Runs `systemctl`, which is never waited for longer than it takes to queue a job.
+    /// Runs `systemctl`.
     fn tell(&self, words: &[&str]) -> Result<(), Failure> {
         let mut all = Vec::new();
         if self.user.is_none() {
             all.push("--user");
         }
-        all.push("--no-block");
         all.extend(words);
         run("systemctl", &all).map_err(|reason| {
             let advice = if self.user.is_some() {
@@ -127,6 +126,21 @@ fn unit(input: &Input, manager: &Manager) -> Result<(Network, Export), Failure> 
     command.extend(input.words().map_err(|e| system(&e))?);
     let folder = network.path.parent().unwrap_or(&network.path);
     let folder = std::path::absolute(folder).map_err(|e| system(&e))?;
+    // systemd has no quotes for a folder, and joins a line that ends with a backslash with the next one.
+    let is_line = |path: &Path| {
+        let text = path.to_str();
+        text.is_some_and(|text| !text.contains(char::is_control) && !text.ends_with('\\'))
+    };
+    if let Some(path) = [&*folder, &*network.path]
+        .into_iter()
+        .find(|path| !is_line(path))
+    {
+        let path = rc_diagnostics::foreign::clean(&path.to_string_lossy());
+        let message = format!(
+            "`{path}`: a unit of systemd only holds paths in UTF-8 without control characters, and without a backslash at the end; rename it"
+        );
+        return Err(Failure(2, message));
+    }
     let priorities = plan.components.iter().map(|component| component.priority);
     let export = supervised(&Supervised {
         network: network.name(),
@@ -173,7 +187,8 @@ pub(super) fn install(input: &Input, is_system: bool, starts: bool) -> Result<u8
     manager.tell(&["enable", &own])?;
     manager.linger();
     if starts {
-        manager.tell(&["restart", &own])?;
+        // A network that runs may take long to stop.
+        manager.tell(&["--no-block", "restart", &own])?;
     }
     let user = if manager.user.is_some() {
         ""
@@ -198,6 +213,7 @@ pub(super) fn remove(input: &Input, is_system: bool) -> Result<u8, Failure> {
         let message = format!("{} was not written by this command", path.display());
         return Err(Failure(2, message));
     }
+    // The network has ended before the unit goes, which has the limit of its stop.
     manager.tell(&["disable", "--now", &own])?;
     std::fs::remove_file(&path)
         .map_err(|error| system(&format_args!("{}: {error}", path.display())))?;

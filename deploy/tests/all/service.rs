@@ -81,8 +81,8 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
     assert_eq!(
         calls(&site),
         [
-            "systemctl --user --no-block daemon-reload".to_owned(),
-            format!("systemctl --user --no-block enable {own}"),
+            "systemctl --user daemon-reload".to_owned(),
+            format!("systemctl --user enable {own}"),
             format!("systemctl --user --no-block restart {own}"),
         ]
     );
@@ -103,7 +103,20 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
     assert_eq!((removed.code, unit.exists()), (0, false), "{removed:?}");
     assert_eq!(
         calls(&site)[0],
-        format!("systemctl --user --no-block disable --now {own}")
+        format!("systemctl --user disable --now {own}")
+    );
+    // A name with a line feed would be a line of the unit.
+    let odd = site.path("odd\nExecStartPre=touch x");
+    std::os::unix::fs::symlink(site.path("networks"), &odd).expect("a link");
+    let file = odd.join(site.ddsl().file_name().expect("a file"));
+    let mut command = site.command(&rcdeploy());
+    command.args(["install-service", "--dry-run", "--profile", "dev"]);
+    command.arg(file);
+    let refused = site.run(command);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    assert!(
+        refused.stderr.contains("without control characters"),
+        "{refused:?}"
     );
     // What the user wrote stays.
     std::fs::write(&unit, "[Unit]\n").expect("a unit");
