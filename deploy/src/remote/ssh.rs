@@ -83,14 +83,15 @@ pub(crate) fn start(
 /// with this hash, and becomes its agent.
 ///
 /// A cache folder in which no program may run (`noexec`) is left for one of the folders for
-/// temporary files. A file without an interpreter line finds that out: the shell runs it itself
+/// temporary files. There, it has to be a folder of the user and no link, which another user may have
+/// made and changes later. A file without an interpreter line finds that out: the shell runs it itself
 /// unless the system refuses it.
 pub(crate) fn script(hash: &str, size: u64) -> String {
     format!(
-        "umask 077; u=\"robocomp-$(id -u)\"; \
-         for d in \"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\" \"/var/tmp/$u\" \"/tmp/$u\"; do \
+        "umask 077; u=\"robocomp-$(id -u)\"; c=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; \
+         for d in \"$c\" \"/var/tmp/$u\" \"/tmp/$u\"; do \
          t=\"$d/.try.$$\"; w=no; \
-         mkdir -p \"$d\" && [ -O \"$d\" ] && echo exit 0 > \"$t\" && chmod 700 \"$t\" && \"$t\" && w=has; \
+         mkdir -p \"$d\" && [ -O \"$d\" ] && {{ [ \"$d\" = \"$c\" ] || [ \"$(find \"$d\" -prune -type d -user $(id -u))\" ]; }} && echo exit 0 > \"$t\" && chmod 700 \"$t\" && \"$t\" && w=has; \
          rm -f \"$t\"; [ $w = no ] || break; \
          done 2>/dev/null; \
          [ $w = has ] || {{ echo \"{NO_PROGRAMS}: ${{XDG_CACHE_HOME:-$HOME/.cache}}, /var/tmp, /tmp\" >&2; exit 1; }}; \
@@ -183,13 +184,14 @@ mod tests {
 
     /// The output of the script where these folders take no programs, and the file that became the
     /// agent. `None` if the system lets no test mount.
-    fn run(noexec: &[&str]) -> Option<(String, String)> {
+    fn run(noexec: &[&str], more: &str) -> Option<(String, String)> {
         use std::io::Write;
         let home = tempfile::tempdir().expect("a folder");
         let mut mounts = String::from("mkdir -p .cache && mount -t tmpfs none /var/tmp");
         for folder in noexec {
             mounts.push_str(&format!(" && mount -t tmpfs -o noexec none {folder}"));
         }
+        mounts.push_str(more);
         let program = "echo \"I am $0\"\n";
         let script = script("abc", program.len() as u64);
         let unshare = |words: &[&str]| {
@@ -220,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_cache_without_programs_is_left_for_another_folder() {
-        let Some((out, _)) = run(&[]) else {
+        let Some((out, _)) = run(&[], "") else {
             println!(
                 "skipped: a_cache_without_programs_is_left_for_another_folder: no test may mount"
             );
@@ -228,12 +230,15 @@ mod tests {
         };
         assert!(out.contains(&format!("{TOKEN} wants Linux ")), "{out}");
         assert!(out.contains("/.cache/robocomp/rcdeploy-abc"), "{out}");
-        let (out, err) = run(&[".cache"]).expect("it could mount before");
+        let (out, err) = run(&[".cache"], "").expect("it could mount before");
         assert!(
             out.contains("I am /var/tmp/robocomp-0/rcdeploy-abc"),
             "{out}{err}"
         );
-        let (out, err) = run(&["/tmp", "/var/tmp", ".cache"]).expect("it could mount before");
+        let link = " && mkdir /var/tmp/own && ln -s own /var/tmp/robocomp-0";
+        let (out, err) = run(&["/tmp", ".cache"], link).expect("it could mount before");
+        assert_eq!(out, "", "{err}");
+        let (out, err) = run(&["/tmp", "/var/tmp", ".cache"], "").expect("it could mount before");
         assert_eq!(out, "", "{err}");
         let host = Host {
             name: "robot".to_owned(),
