@@ -124,8 +124,17 @@ fn dump(network: &str, output: Option<&Path>) -> Result<u8, Failure> {
 fn load(network: &str, file: &Path, save: bool, format: Format) -> Result<u8, Failure> {
     let text = if file == Path::new("-") {
         let mut text = String::new();
-        let limited = &mut std::io::stdin().lock().take(rc_files::LARGEST);
-        limited.read_to_string(&mut text).map(|_| text)
+        let most = rc_files::LARGEST;
+        let limited = &mut std::io::stdin().lock().take(most + 1);
+        let size = limited.read_to_string(&mut text);
+        // A part of a file may be a file, too.
+        size.and_then(|size| {
+            if size as u64 > most {
+                let reason = format!("it has more than {most} bytes");
+                return Err(std::io::Error::other(reason));
+            }
+            Ok(text)
+        })
     } else {
         rc_files::read(file)
     };
