@@ -44,15 +44,16 @@ struct Slot {
     /// Text of its comment.
     doc: String,
     index: usize,
-    /// The class of its client or publisher, or of the values that it keeps, with its namespace.
+    /// The class of its client or publisher, or of the values that it keeps, with its namespace; of a
+    /// member, if it is an array.
     class: String,
+    /// The type of the member of the context.
+    ty: String,
     /// The member of the context, and RoboComp's name; empty where RoboComp has none.
     field: String,
     proxy: String,
     /// The object of the paper's patterns: `speechcomm`.
     pattern: String,
-    /// Whether the worker opens its members; the class is that of a member.
-    is_array: bool,
 }
 
 /// The class of the fake peers of an interface.
@@ -66,10 +67,12 @@ struct Fake {
 #[derive(Debug, Serialize)]
 struct FakeSlot {
     index: usize,
+    /// The member of the `TestContext`, and its type.
     field: String,
-    class: String,
+    ty: String,
+    /// The expression that names one peer in a test.
+    peer: String,
     interface: String,
-    is_array: bool,
     calls: bool,
 }
 
@@ -191,19 +194,20 @@ fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
         }
         _ => format!("{role} `{interface}`"),
     };
+    let (module, name) = (names::own(&slot.module), names::own(interface));
+    let class = format!("{module}::{name}{end}");
     Some(Slot {
         doc,
         index,
-        class: if end.is_empty() {
-            String::new()
-        } else {
-            let (module, interface) = (names::own(&slot.module), names::own(interface));
-            format!("{module}::{interface}{end}")
+        ty: match (slot.is_array, end) {
+            (true, "") => "rc::Members".to_owned(),
+            (true, _) => format!("rc::Array<{class}>"),
+            (false, _) => class.clone(),
         },
+        class,
         field: names::snake(&slot.name),
         pattern: format!("{}comm", slot.name.to_lowercase()),
         proxy: if slot.is_array { String::new() } else { proxy },
-        is_array: slot.is_array,
     })
 }
 
@@ -266,12 +270,24 @@ fn fake_slot(
     slot: &view::Slot,
     taken: &mut BTreeSet<String>,
 ) -> FakeSlot {
+    let (class, field) = (
+        fake_name(view, slot),
+        collisions::free(names::snake(&slot.name), taken),
+    );
+    let (ty, peer) = if slot.is_array {
+        (
+            format!("rc::FakeArray<{class}>"),
+            format!("test.{field}.member(NAME)"),
+        )
+    } else {
+        (class, format!("test.{field}"))
+    };
     FakeSlot {
         index,
-        field: collisions::free(names::snake(&slot.name), taken),
-        class: fake_name(view, slot),
+        field,
+        ty,
+        peer,
         interface: names::own(&slot.interface),
-        is_array: slot.is_array,
         calls: slot.role == Role::Requires,
     }
 }
