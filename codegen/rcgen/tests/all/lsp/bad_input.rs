@@ -1,7 +1,8 @@
 //! Files and clients that are not as they should be.
 
-use super::{Editor, GRIP, HAND};
+use super::{Editor, GRIP, HAND, spawn};
 use serde_json::{Value, json};
+use std::io::Write;
 use std::path::Path;
 
 fn write(folder: &Path, file: &str, text: impl AsRef<[u8]>) {
@@ -193,5 +194,120 @@ fn a_component_of_robocomp_has_hints() {
     editor.ask("workspace/symbol", &json!({ "query": "" }));
     let found = editor.wait_for("viewer.cdsl", &expected);
     assert_eq!(severities(found), [1, 1]);
+    editor.end();
+}
+
+#[test]
+fn hostile_input_ends_the_server_without_a_panic() {
+    let deep = format!("Content-Length: 100000\r\n\r\n{}", "[".repeat(100_000));
+    for input in [
+        "Content-Length: 99999999999999\r\n\r\n{}",
+        "Content-Length: 18446744073709551616\r\n\r\n",
+        "Content-Length: 20000000\r\n\r\n",
+        "Content-Length: x\r\n\r\n",
+        "\r\n\r\n",
+        "GET / HTTP/1.1\r\n\r\n",
+        "Content-Length: 5\r\n\r\n{}",
+        &"a".repeat(100_000),
+    ] {
+        let mut server = spawn();
+        let mut pipe = server.stdin.take().expect("a pipe");
+        // It may have ended before all is written.
+        let _ = pipe.write_all(input.as_bytes());
+        drop(pipe);
+        let output = server.wait_with_output().expect("an end");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{text}");
+        assert!(text.starts_with("rcgen: error: "), "{text}");
+    }
+    // A message that is not JSON, or too long, is answered; the next message is read.
+    let long = "a".repeat(17 << 20);
+    let exit = "Content-Length: 17\r\n\r\n{\"method\":\"exit\"}";
+    for input in [
+        deep,
+        format!("Content-Length: {}\r\n\r\n{long}", long.len()),
+    ] {
+        let mut server = spawn();
+        let mut pipe = server.stdin.take().expect("a pipe");
+        pipe.write_all(input.as_bytes()).expect("written");
+        pipe.write_all(exit.as_bytes()).expect("written");
+        let output = server.wait_with_output().expect("an end");
+        assert_eq!(output.status.code(), Some(1));
+        let answer = String::from_utf8_lossy(&output.stdout);
+        assert!(answer.contains("-32700"), "{answer}");
+    }
+    // Messages of any shape, before and after the start.
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut editor = Editor::open_folder(folder.path());
+    for message in [
+        json!([]),
+        json!(7),
+        json!({ "method": 7 }),
+        json!({ "method": "textDocument/didOpen" }),
+        json!({ "method": "textDocument/didOpen", "params": { "textDocument": { "uri": "file:///%", "text": "" } } }),
+        json!({ "method": "textDocument/didChange", "params": { "textDocument": { "uri": "file:///a.idsl" }, "contentChanges": [] } }),
+        json!({ "method": "textDocument/didClose", "params": { "textDocument": { "uri": "file:///never/opened.idsl" } } }),
+    ] {
+        editor.send(&message);
+    }
+    let range = json!({ "start": { "line": u64::MAX, "character": -1 }, "end": {} });
+    editor.open("Grip.idsl", GRIP);
+    editor.open("hand.cdsl", HAND);
+    let places = [
+        json!(7),
+        json!({ "line": u64::MAX, "character": u64::MAX }),
+        json!({ "line": 4, "character": u64::MAX }),
+        json!({ "line": -1, "character": 0.5 }),
+        json!({ "line": 9999, "character": 0 }),
+    ];
+    for (file, place) in ["Grip.idsl", "hand.cdsl", "closed.idsl"]
+        .iter()
+        .flat_map(|file| places.iter().map(move |place| (file, place)))
+    {
+        let wrong = json!({
+            "textDocument": { "uri": editor.uri(file) },
+            "range": range,
+            "position": place,
+            "positions": [place],
+            "newName": "x",
+            "ch": ";",
+        });
+        for method in [
+            "codeAction",
+            "codeLens",
+            "completion",
+            "definition",
+            "documentHighlight",
+            "documentSymbol",
+            "foldingRange",
+            "formatting",
+            "hover",
+            "implementation",
+            "inlayHint",
+            "onTypeFormatting",
+            "rangeFormatting",
+            "references",
+            "selectionRange",
+            "semanticTokens/full",
+            "signatureHelp",
+        ] {
+            editor.ask(&format!("textDocument/{method}"), &wrong);
+        }
+        let changes = json!([
+            { "range": { "start": place, "end": place }, "text": "" },
+            { "range": { "start": { "line": 9, "character": 1 }, "end": { "line": 2, "character": 9 } }, "text": "" },
+            { "range": range },
+            { "text": GRIP },
+        ]);
+        let document = json!({ "uri": editor.uri(file), "version": 3 });
+        editor.tell(
+            "textDocument/didChange",
+            &json!({ "textDocument": document, "contentChanges": changes }),
+        );
+    }
+    assert_eq!(
+        editor.answer("initialize", &json!({}))["error"]["code"],
+        -32600
+    );
     editor.end();
 }
