@@ -112,8 +112,7 @@ impl Settings {
             _ => "",
         };
         match path[..] {
-            ["Ice" | "IceBox" | "IceStorm", ..]
-            | ["TopicManager", ..]
+            ["Ice" | "IceBox" | "IceStorm" | "TopicManager", ..]
             | ["Proxies", "TopicManager"]
             | ["CommonBehavior" | "CommonBehaviorComponent", "Endpoints"] => {}
             ["Period", "Compute"] => {
