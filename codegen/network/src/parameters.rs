@@ -186,7 +186,9 @@ fn check(
         },
         Err(errors) => {
             found.extend(errors.into_iter().map(|mut error| {
+                // A near name replaces the name, each other fix the value.
                 let place = values.get(&error.span).copied();
+                let place = place.filter(|_| error.code != "unknown-parameter");
                 if let Some(fix) = &mut error.fix {
                     fix.place = fix.place.or(place);
                 }

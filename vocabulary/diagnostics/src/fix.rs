@@ -15,8 +15,9 @@ pub struct Fix {
     pub new: String,
     /// Whether only this can have been meant. A near name is a suggestion.
     pub certain: bool,
-    /// Where the replacement is, if it is not in the location of the diagnostic. Its text may then have
-    /// quotes and ends of lines: no part of it comes from another program.
+    /// Where the replacement is, if it is not in the location of the diagnostic. An addition there may
+    /// have quotes and ends of lines: it is a whole declaration, and no part of it comes from another
+    /// program.
     pub place: Option<Span>,
 }
 
@@ -32,7 +33,8 @@ impl Fix {
         }
         let plain = |c: char| !c.is_control() && !matches!(c, '"' | '\\' | '`');
         let quotes = self.new == "\"" && self.certain;
-        if !quotes && self.place.is_none() && !self.new.chars().all(plain) {
+        let adds = self.place.is_some() && self.old.is_empty();
+        if !quotes && !adds && !self.new.chars().all(plain) {
             return None;
         }
         let mut places = text.match_indices(&self.old).map(|(at, _)| at);
@@ -170,5 +172,17 @@ mod tests {
             assert_eq!(fixed("abc", &[(0, 3, "abc", new, false)], true), "abc");
         }
         assert_eq!(fixed("“", &[(0, 3, "“", "\"", true)], false), "\"");
+        // Elsewhere, too, only an addition may have quotes.
+        let mut sources = SourceMap::new();
+        let source = sources.add("a.idsl", "abc");
+        let mut fix = Fix {
+            old: "abc".to_owned(),
+            new: "a\"b".to_owned(),
+            certain: false,
+            place: Some(Span::new(source, 0, 3)),
+        };
+        assert_eq!(fix.edit(&sources, Span::new(source, 0, 0)), None);
+        fix.old.clear();
+        assert!(fix.edit(&sources, Span::new(source, 0, 0)).is_some());
     }
 }

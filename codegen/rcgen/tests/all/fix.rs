@@ -140,6 +140,13 @@ fn what_is_missing_is_added_and_limits_are_kept() {
         fixes,
         ["2:55 Write `2.0`", "5:0 Add `bind c.Grip -> a.Grip;`"]
     );
+    // A near name of a parameter replaces the name, not the value.
+    editor.change("n.ddsl", &network.replace("speed 7.5", "sped 1.5"));
+    editor.wait_for(
+        "n.ddsl",
+        &[("unknown-parameter", 2), ("several-providers", 4)],
+    );
+    assert_eq!(editor.fixes("n.ddsl")[0], "2:49 Write `speed`");
     editor.end();
 }
 
