@@ -105,7 +105,7 @@ pub(crate) enum Command {
         /// Files and folders, as `check` takes them.
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
-        /// Also takes near names and limits, and adds missing imports and connections.
+        /// Also takes near names, and adds missing imports and connections.
         #[arg(long)]
         likely: bool,
         #[command(flatten)]
