@@ -5,7 +5,7 @@ mod window;
 
 use crate::figure::{BUILD, Figure, table};
 use crate::pair::quantile;
-use crate::programs::{Failure, cargo, finish, target};
+use crate::programs::{Failure, cargo, finish, target, tested};
 use crate::usage::own_memory;
 use serde_json::{Value, json};
 use std::fs;
@@ -103,15 +103,16 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Uses the extension of VS Code in a browser, Neovim and Emacs, compares the grammars for tree-sitter with the languages, then
-/// random edits with checks from the start for a number of seconds.
+/// Uses the extension of VS Code in a browser, Neovim and Emacs, compares the grammars for tree-sitter with
+/// the languages, then random edits with checks from the start for a number of seconds.
 pub(crate) fn soak(seconds: u64) -> Result<(), Failure> {
     window::use_it()?;
-    let words = "test --package rcgen --test all lsp::editors";
-    let mut editors = cargo(&words.split(' ').collect::<Vec<_>>())?;
-    editors.env("RC_ALL_EDITORS", "1");
-    finish(editors, BUILD)?;
-    println!("Neovim and Emacs show findings, complete, rename and lay out");
+    tested(
+        "Neovim and Emacs show findings, complete, rename and lay out",
+        "-p rcgen --test all lsp::editors",
+        [("RC_ALL_EDITORS", Path::new("1"))],
+        BUILD,
+    )?;
     parse_with_tree_sitter()?;
     let begun = Instant::now();
     let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)?;
@@ -140,12 +141,12 @@ fn parse_with_tree_sitter() -> Result<(), Failure> {
     let mut generate = cargo(&words.split(' ').collect::<Vec<_>>())?;
     generate.arg(&parsers);
     finish(generate, BUILD)?;
-    let words = "test --package rcgen --test languages tree_sitter";
-    let mut compare = cargo(&words.split(' ').collect::<Vec<_>>())?;
-    compare.env("RC_TREE_SITTER", &parsers);
-    finish(compare, BUILD)?;
-    println!("tree-sitter accepts what the languages accept, with the listed exceptions");
-    Ok(())
+    tested(
+        "tree-sitter accepts what the languages accept, with the listed exceptions",
+        "-p rcgen --test languages tree_sitter",
+        [("RC_TREE_SITTER", parsers.as_path())],
+        BUILD,
+    )
 }
 
 /// An editor with its server.

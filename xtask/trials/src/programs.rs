@@ -64,27 +64,48 @@ pub(crate) type LongTest = (
 /// Runs tests in their long form, each at most for `limit`.
 pub(crate) fn long_tests(tests: &[LongTest], limit: Duration) -> Result<(), Failure> {
     for (what, test, variables) in tests {
-        let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
-        let more = test.split(' ').chain(["--", "--nocapture"]);
-        let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
-        command.envs(variables.iter().copied());
-        let start = Instant::now();
-        let told = output(command, limit)?;
-        print!("{told}");
-        let mut results = told
-            .lines()
-            .filter_map(|l| l.strip_prefix("test result: ok. "));
-        if !results.any(|counts| !counts.starts_with("0 passed")) {
-            return Err(format!("{what}: no test fits `{test}`").into());
-        }
-        let is_whole = !told.contains("skipped:");
-        let word = if is_whole {
-            "passed"
-        } else {
-            "skipped in part"
-        };
-        println!("{what}: {word}, {:.0} s", start.elapsed().as_secs_f64());
+        let variables = variables.iter();
+        let variables = variables.map(|(name, value)| (*name, Path::new(value)));
+        tested(what, test, variables, limit)?;
     }
+    Ok(())
+}
+
+/// Runs the tests that the arguments `test` select, at most for `limit`, and prints whether they passed
+/// or were skipped. Fails if the arguments select none.
+pub(crate) fn tested<'a>(
+    what: &str,
+    test: &str,
+    variables: impl IntoIterator<Item = (&'a str, &'a Path)>,
+    limit: Duration,
+) -> Result<(), Failure> {
+    let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
+    let more = test.split(' ').chain(["--", "--nocapture"]);
+    let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
+    command.envs(variables);
+    let stdout = tempfile::tempfile()?;
+    let ended = end_of(command, limit, stdout.try_clone()?.into())?;
+    let told = read_back(stdout)?;
+    print!("{told}");
+    let mut results = told
+        .lines()
+        .filter_map(|l| l.strip_prefix("test result: ok. "));
+    if !results.any(|counts| !counts.starts_with("0 passed")) {
+        return Err(format!("{what}: no test fits `{test}`").into());
+    }
+    // Most tests say on standard error that they are skipped.
+    let skipped = ended.errors.lines().filter(|l| l.starts_with("skipped: "));
+    let skipped: Vec<&str> = skipped.collect();
+    for line in &skipped {
+        println!("{line}");
+    }
+    let is_whole = skipped.is_empty() && !told.contains("skipped:");
+    let word = if is_whole {
+        "passed"
+    } else {
+        "skipped in part"
+    };
+    println!("{what}: {word}, {:.0} s", ended.took.as_secs_f64());
     Ok(())
 }
 
