@@ -118,13 +118,13 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
         };
     "#]]
     .assert_eq(&text("components/Hand/Hand.pdsl"));
-    expect_test::expect![[r##"
+    expect_test::expect![[r#"
         #:schema ../generated/config.schema.json
 
         [parameters.Motor]
         Device = "/dev/ttyUSB1"
         Force = 3
-    "##]]
+    "#]]
     .assert_eq(&text("components/Hand/etc/config_left.toml"));
     expect_test::expect![[r#"
         // From sub.toml.
@@ -178,7 +178,7 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
         };
     "#]]
     .assert_eq(&text("deployments/robot.ddsl"));
-    expect_test::expect![[r#"
+    expect_test::expect![[r"
         # What stays to be done
 
         ## Hand
@@ -214,7 +214,7 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
 
         - `rcgen check` lists what their descriptions say otherwise. `rcgen generate` makes the code around the worker.
         - Programs that speak Ice cannot be reached. An `external` slot waits for a component that serves it.
-    "#]].assert_eq(&text("IMPORT.md"));
+    "]].assert_eq(&text("IMPORT.md"));
     let hand = [
         "check",
         "new/components/Hand/Hand.cdsl",
