@@ -57,13 +57,13 @@ const NETWORK: &str = "Deployment patrol
 {
     Component finder { cdsl \"finder/finder.cdsl\"; };
     Component grasper { cdsl \"grasper/grasper.cdsl\"; };
-    external grasper.moved at \"moved\";
+    external grasper.moved at \"NETWORK/moved\";
     Chain grasp
     {
         from finder.found.newPoint;
         to grasper.moved.newPoint;
-        external finder.found.newPoint -> grasper.moved.newPoint within 10s;
-        within 11s;
+        external finder.found.newPoint -> grasper.moved.newPoint within 100ms;
+        within 300ms;
     };
 };
 ";
@@ -95,7 +95,7 @@ fn a_chain_passes_a_node_of_rclpy_that_copies_stamps() {
         ("src/specific_worker.py", GRASPER_WORKER),
     ];
     second_component(&site, "grasper", &grasper);
-    site.write_ddsl(NETWORK);
+    site.write_ddsl(&NETWORK.replace("NETWORK", &site.network));
     let domain = [
         ("ROS_DOMAIN_ID", Path::new(DOMAIN)),
         ("ROS_LOCALHOST_ONLY", Path::new("1")),
@@ -116,10 +116,9 @@ fn a_chain_passes_a_node_of_rclpy_that_copies_stamps() {
         .env("ROS_DOMAIN_ID", DOMAIN)
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
-        .env("ROS_LOG_DIR", site.path("ros"))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped());
+        .env("ROS_LOG_DIR", site.path("ros"));
     site.place(&mut node);
+    node.stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut node = node.spawn().expect("the node");
     let mut input = node.stdin.take().expect("a pipe");
     let mut lines = BufReader::new(node.stdout.take().expect("a pipe")).lines();
