@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 use std::os::fd::AsFd as _;
 use std::time::{Duration, Instant};
 
+/// The network of both processes. It has the same name in each run, so that a run removes what an
+/// interrupted one has left in shared memory. The name is reserved: no other network has it.
+const NETWORK: &str = "rcdeploy-transport";
 /// The bytes of a message.
 const BYTES: usize = 1024;
 /// The messages before those that count: the first ones open connections and touch memory.
@@ -21,7 +24,7 @@ const LIMIT: Duration = Duration::from_secs(20);
 /// The longest wait for a descriptor before the queue is looked into.
 const CYCLE: Duration = Duration::from_millis(50);
 
-/// The end of a topic that two processes of the network `network` have.
+/// The end of the topic that two processes have.
 struct End {
     backends: Backends,
     endpoint: Endpoint,
@@ -29,11 +32,12 @@ struct End {
 }
 
 impl End {
-    fn open(network: &str, middleware: &'static str, depth: u32) -> Result<Self, Error> {
-        let address = Address::parse("transport/Transport/message");
+    /// `run`: a name that no other run has, also on other machines.
+    fn open(run: &str, middleware: &'static str, depth: u32) -> Result<Self, Error> {
+        let address = Address::parse(&format!("{run}/Transport/message"));
         let address = address.map_err(|reason| Error::system("the address", &reason))?;
         Ok(Self {
-            backends: Backends::of_peer(network)?,
+            backends: Backends::of_peer(NETWORK)?,
             endpoint: Endpoint {
                 address,
                 types: TypeIdentity {
@@ -59,8 +63,8 @@ impl End {
 }
 
 /// Sends so many messages to [`receive_transport`] in another process, and some before.
-pub fn send_transport(network: &str, middleware: &'static str, messages: u32) -> Result<(), Error> {
-    let mut end = End::open(network, middleware, 100)?;
+pub fn send_transport(run: &str, middleware: &'static str, messages: u32) -> Result<(), Error> {
+    let mut end = End::open(run, middleware, 100)?;
     let backend = end.backends.joined(end.middleware, &BTreeMap::new())?;
     let mut publisher = backend.publisher(&end.endpoint)?;
     let begun = Instant::now();
@@ -93,11 +97,11 @@ pub fn send_transport(network: &str, middleware: &'static str, messages: u32) ->
 /// Receives so many messages of [`send_transport`], and returns how long each was on its way, in
 /// nanoseconds.
 pub fn receive_transport(
-    network: &str,
+    run: &str,
     middleware: &'static str,
     messages: u32,
 ) -> Result<Vec<u64>, Error> {
-    let mut end = End::open(network, middleware, 100)?;
+    let mut end = End::open(run, middleware, 100)?;
     let backend = end.backends.joined(end.middleware, &BTreeMap::new())?;
     let mut subscriber = backend.subscriber(&end.endpoint)?;
     let last = u64::from(WARM_UP) + u64::from(messages);
@@ -125,12 +129,10 @@ pub fn receive_transport(
     Ok(times)
 }
 
-/// Removes what the network has left.
-pub fn remove_transport(network: &str) {
-    // The next run has another name: what is left disturbs nobody.
-    if let Ok(directory) = RunDirectory::open(network) {
-        let _ = directory.remove();
-    }
+/// Removes the run directory. No other process measures meanwhile.
+pub fn remove_transport() {
+    // The next run uses a directory that is left.
+    let _ = RunDirectory::of(NETWORK).remove();
 }
 
 fn missing(middleware: &str) -> Error {

@@ -9,9 +9,10 @@ use rc_vocabulary::Middleware;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::fs::{File, TryLockError};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// Arguments of `transport`.
 #[derive(Args)]
@@ -95,10 +96,19 @@ pub(super) fn measured() -> Result<Vec<(Middleware, Duration)>, Failure> {
 
 pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
     let messages = options.messages;
-    if let (Some(network), Some(middleware)) = (&options.receive, options.middleware) {
-        let times = rc_observe::receive_transport(network, middleware.word(), messages)?;
+    if let (Some(run), Some(middleware)) = (&options.receive, options.middleware) {
+        let times = rc_observe::receive_transport(run, middleware.word(), messages)?;
         super::output::print_json(&times)?;
         return Ok(0);
+    }
+    let path = place();
+    let failed = |error: std::io::Error| Failure(3, format!("{}: {error}", path.display()));
+    logs::make_folder(&logs::root()).map_err(failed)?;
+    // Two at once would slow each other. Some file systems have no locks.
+    let folder = File::open(logs::root()).map_err(failed)?;
+    if let Err(TryLockError::WouldBlock) = folder.try_lock() {
+        let text = "another `rcdeploy transport` is running";
+        return Err(Failure(3, text.to_owned()));
     }
     // A damaged file is replaced as a whole.
     let mut table = match options.middleware {
@@ -112,10 +122,7 @@ pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
             .middlewares
             .insert(middleware.word().to_owned(), times);
     }
-    let path = place();
-    let failed = |error: std::io::Error| Failure(3, format!("{}: {error}", path.display()));
     let text = serde_json::to_string_pretty(&table).map_err(std::io::Error::other);
-    logs::make_folder(&logs::root()).map_err(failed)?;
     let text = text.map_err(failed)? + "\n";
     rc_files::write_with(&path, |out| out.write_all(text.as_bytes())).map_err(failed)?;
     show(options.format, &table, ToString::to_string)
@@ -124,22 +131,23 @@ pub(super) fn transport(options: &Transport) -> Result<u8, Failure> {
 /// Measures one middleware, between this process and another one.
 fn measure(middleware: Middleware, messages: u32) -> Result<Times, Failure> {
     let word = middleware.word();
-    let network = format!("rcdeploy_transport_{}", std::process::id());
+    let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+    let run = format!("p{}_{}", std::process::id(), since.as_nanos());
     let failed = |error: std::io::Error| Failure(3, format!("start the receiver: {error}"));
     let mut receiver = Command::new(std::env::current_exe().map_err(failed)?);
     receiver
-        .args(["transport", "--middleware", word, "--receive", &network])
+        .args(["transport", "--middleware", word, "--receive", &run])
         .args(["--messages", &messages.to_string()])
         .stdin(Stdio::null())
         .stdout(Stdio::piped());
     let mut receiver = receiver.spawn().map_err(failed)?;
-    let sent = rc_observe::send_transport(&network, word, messages);
+    let sent = rc_observe::send_transport(&run, word, messages);
     if sent.is_err() {
         // It would wait for messages. It may have ended by itself.
         let _ = receiver.kill();
     }
     let output = receiver.wait_with_output().map_err(failed);
-    rc_observe::remove_transport(&network);
+    rc_observe::remove_transport();
     sent?;
     let times: Vec<u64> = serde_json::from_slice(&output?.stdout)
         .map_err(|_| Failure(3, format!("the receiver over `{word}` has failed")))?;
