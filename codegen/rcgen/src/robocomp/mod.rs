@@ -17,7 +17,7 @@ use rc_codegen::{Files, source_files};
 use rc_diagnostics::foreign::clean;
 use rc_vocabulary::Role;
 use settings::Settings;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -186,6 +186,9 @@ impl Import {
         let mut left = Vec::new();
         let mut members: Vec<Member<'_>> = Vec::new();
         let mut missing = Vec::new();
+        // The names of members, and how often each alias was there: a file may repeat one without limit.
+        let mut names: BTreeSet<String> = BTreeSet::new();
+        let mut numbers: BTreeMap<String, u32> = BTreeMap::new();
         for node in &deployment.nodes {
             let Some(component) = component_of(node, components) else {
                 let alias = clean(&node.alias);
@@ -213,14 +216,18 @@ impl Import {
                     "`{alias}` has the usual configuration: there is no `{word}`"
                 ));
             }
-            let mut name = identifier(&node.alias);
-            for number in 2.. {
-                let mut known = members.iter();
-                if !known.any(|known| known.name.eq_ignore_ascii_case(&name)) {
-                    break;
+            let own = identifier(&node.alias);
+            let number = numbers.entry(own.to_ascii_lowercase()).or_insert(0);
+            let name = loop {
+                *number += 1;
+                let name = match *number {
+                    1 => own.clone(),
+                    number => format!("{own}_{number}"),
+                };
+                if names.insert(name.to_ascii_lowercase()) {
+                    break name;
                 }
-                name = format!("{}_{number}", identifier(&node.alias));
-            }
+            };
             let at = at.unwrap_or(0);
             self.placed.insert(component.name.clone());
             members.push(Member {
