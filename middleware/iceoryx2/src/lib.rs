@@ -27,6 +27,7 @@ mod opening;
 mod port_tags;
 mod ports;
 mod process_monitor;
+mod prompt;
 mod publisher;
 mod rounds;
 mod server;

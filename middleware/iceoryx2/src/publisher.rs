@@ -6,6 +6,7 @@ use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::Notifier;
 use crate::ports::{PublisherPort, Sample, Service, TopicService};
+use crate::prompt;
 use crate::service::{EventPorts, existing_topic, refusal, topic, transient_local_topic};
 use crate::session::Session;
 use crate::tool_ports;
@@ -40,8 +41,7 @@ pub(crate) fn open(
     } else {
         topic(session, &name, types, depth)?
     };
-    let port = SharedPublisher::builder(&topic)
-        .create()
+    let port = prompt::open(|| SharedPublisher::builder(&topic).create())
         .map_err(|error| refusal(&name)(format!("{error:?}")))?;
     let port = Arc::new(port);
     let late_joiners = if keeps {
@@ -112,8 +112,8 @@ impl SharedPublisher {
                 reason: "no component subscribes to it".to_owned(),
             });
         };
-        let port = Self::builder(&topic).name(&tool_ports::port_name());
-        let port = port.create();
+        let tool = tool_ports::port_name();
+        let port = prompt::open(|| Self::builder(&topic).name(&tool).create());
         let port = port.map_err(|error| refusal(&name)(format!("{error:?}")))?;
         let publishers = qos::publishers(endpoint.qos.depth as usize);
         let (ports, types) = (EventPorts::Topic(publishers), Some(&endpoint.types));

@@ -4,6 +4,7 @@ use crate::message::MessageHeader;
 use crate::names;
 use crate::notifier::{Listener, Notifier, Wakeup};
 use crate::ports::{Received, Service, SubscriberPort, TopicService};
+use crate::prompt;
 use crate::service::{BORROWED, EventPorts, existing_topic, refusal, topic};
 use crate::session::Session;
 use crate::tool_ports;
@@ -220,16 +221,18 @@ impl Source {
         endpoint: &Endpoint,
         topic: TopicService,
         history: usize,
-        set: impl FnOnce(SubscriberBuilder<'_>) -> SubscriberBuilder<'_>,
+        set: impl Fn(SubscriberBuilder<'_>) -> SubscriberBuilder<'_>,
     ) -> Result<Self, OpenError> {
         let depth = depth(endpoint).min(topic.static_config().subscriber_max_buffer_size());
         let history = history.min(depth).min(topic.static_config().history_size());
-        let builder = topic
-            .subscriber_builder()
-            .buffer_size(depth)
-            .history_request(history);
-        let port = set(builder)
-            .create()
+        let open = || {
+            let builder = topic
+                .subscriber_builder()
+                .buffer_size(depth)
+                .history_request(history);
+            set(builder).create()
+        };
+        let port = prompt::open(open)
             .map_err(|error| refusal(endpoint.address.as_str())(format!("{error:?}")))?;
         Ok(Self {
             port: Arc::new(port),
