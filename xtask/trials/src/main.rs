@@ -35,6 +35,7 @@ mod rcis;
 mod rclpy;
 mod record;
 mod replay;
+mod restarts;
 mod ros2;
 mod slots;
 mod soak;
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
         ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
+        ["soak", "restarts"] => restarts::soak().map_err(|e| e.to_string()),
         ["soak", "cpp"] => cpp::soak().map_err(|e| e.to_string()),
         ["soak", "editor"] => editor::soak(600).map_err(|e| e.to_string()),
         ["soak", "editor", seconds] if let Ok(seconds) = seconds.parse() => {
@@ -151,7 +153,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | fresh [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [dds | editor | graph | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | fresh [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }

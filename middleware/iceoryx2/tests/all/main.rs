@@ -8,6 +8,7 @@ mod leaving;
 mod memory;
 mod other_user;
 mod processes;
+mod restarts;
 mod stopped;
 mod wakes;
 
@@ -17,9 +18,10 @@ fn role() {
     let Some((role, network)) = processes::role() else {
         return;
     };
-    match role.strip_prefix("stopped ") {
-        Some(role) => stopped::play(role, &network),
-        None if role == "external" => external_programs::external(&network),
-        None => processes::play(&role, &network),
+    match role.split_once(' ') {
+        Some(("stopped", role)) => stopped::play(role, &network),
+        Some(("restarts", role)) => restarts::play(role, &network),
+        _ if role == "external" => external_programs::external(&network),
+        _ => processes::play(&role, &network),
     }
 }
