@@ -345,7 +345,7 @@ mod tests {
             assert_eq!(path, Path::new("robocomp-patrol.service"));
             text.to_owned()
         };
-        expect_test::expect![[r##"
+        expect_test::expect![[r#"
             # Made by `rcdeploy install-service` for the network patrol from patrol.ddsl.
             # The log: `journalctl --user -u robocomp-patrol.service`.
 
@@ -366,7 +366,7 @@ mod tests {
 
             [Install]
             WantedBy=default.target
-        "##]]
+        "#]]
         .assert_eq(&unit(&service));
         service.user = Some("pi");
         service.priority = Some(20);

@@ -214,6 +214,7 @@ impl Machine<'_> {
 
     fn ros(&self) -> Finding {
         const CHECK: &str = "ROS 2";
+        const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
         if let Some(name) = self.variable("RMW_IMPLEMENTATION")
             && crate::process::machine::NOT_DDS.contains(&name.as_str())
         {
@@ -221,7 +222,6 @@ impl Machine<'_> {
             let fix = "export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, where the nodes start";
             return Finding::warning(CHECK, found, fix);
         }
-        const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
         let is_only = self
             .variable("ROS_LOCALHOST_ONLY")
             .is_some_and(|set| set != "0");

@@ -99,7 +99,7 @@ fn check(block: &Block, page: &[Block]) -> Result<(), String> {
         "idsl" | "cdsl" | "pdsl" | "smdsl" | "scxml" | "ddsl" | "xml" | "gdsl" | "dproto"
         | "kdsl" | "graph" => describe(block, page),
         "toml" => configuration(block),
-        "rust" | "lua" | "cpp" | "python" => rust(block),
+        "rust" | "lua" | "lisp" | "cpp" | "python" => rust(block),
         // `book.rs` runs it.
         "console" => Ok(()),
         // Grammars, output, types of other languages.
