@@ -6,6 +6,7 @@ use crate::mutex::lock;
 use crate::notifier::{Listener, Notifier};
 use crate::ports::{CallService, ClientPort, PendingResponse};
 use crate::process_monitor::ProcessMonitor;
+use crate::prompt;
 use crate::service::{EventPorts, calls, refusal};
 use crate::session::{PendingCommand, Session};
 use crate::wait_set::WaitSet;
@@ -36,16 +37,19 @@ const RECENT_REPLY: Duration = Duration::from_millis(10);
 pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<SharedClient, OpenError> {
     let address = &endpoint.address;
     let calls = calls(session, &names::calls(address), &endpoint.types)?;
-    let port = calls
-        .client_builder()
-        .initial_max_slice_len(INITIAL)
-        .allocation_strategy(AllocationStrategy::PowerOfTwo)
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        // Without a handler iceoryx2 drops a request that finds the queue full, and `send`
-        // succeeds.
-        .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
-        .create()
-        .map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
+    let open = || {
+        calls
+            .client_builder()
+            .initial_max_slice_len(INITIAL)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            // Without a handler iceoryx2 drops a request that finds the queue full, and `send`
+            // succeeds.
+            .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
+            .create()
+    };
+    let port =
+        prompt::open(open).map_err(|error| refusal(address.as_str())(format!("{error:?}")))?;
     let guid = port.id().value().to_be_bytes();
     let own = names::client(address, guid);
     let listener = Listener::open(session, &own, EventPorts::Client, None)?;

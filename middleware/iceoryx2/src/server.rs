@@ -7,6 +7,7 @@ use crate::names;
 use crate::notifier::{Listener, Notifier};
 use crate::ports::{ActiveRequest, CallService, Response, ServerPort, Service};
 use crate::process_monitor::ProcessMonitor;
+use crate::prompt;
 use crate::service::{EventPorts, calls, refusal};
 use crate::session::Session;
 use iceoryx2::port::ReceiveError as PortError;
@@ -80,15 +81,18 @@ pub(crate) fn open(session: &Arc<Session>, endpoint: &Endpoint) -> Result<Shared
 
 fn make_port(session: &Session, calls: &CallService) -> Result<ServerPort, ServerCreateError> {
     let name = PortName::new(&session.environment.instance);
-    calls
-        .server_builder()
-        .name(&name.unwrap_or_else(|_| PortName::new_empty()))
-        .initial_max_slice_len(LARGEST_REPLY)
-        .allocation_strategy(AllocationStrategy::Static)
-        .max_loaned_responses_per_request(1)
-        .override_response_preallocation(|most| most.min(MAX_REPLIES))
-        .backpressure_strategy(BackpressureStrategy::DiscardData)
-        .create()
+    let name = name.unwrap_or_else(|_| PortName::new_empty());
+    prompt::open(|| {
+        calls
+            .server_builder()
+            .name(&name)
+            .initial_max_slice_len(LARGEST_REPLY)
+            .allocation_strategy(AllocationStrategy::Static)
+            .max_loaned_responses_per_request(1)
+            .override_response_preallocation(|most| most.min(MAX_REPLIES))
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+    })
 }
 
 /// The registered server.
