@@ -26,14 +26,15 @@ fn tool(site: &Site, cmake: &Path) -> Command {
 /// `ctest` in the folder of the build.
 fn its_own_test_passes(site: &Site, cmake: &Path) {
     let folder = Site::components().join("avoider_cpp");
+    let (source, build) = (folder.to_string_lossy(), folder.join("build"));
+    let build = build.to_string_lossy();
     for words in [
-        "cmake -S . -B build -DROBOCOMP_TESTS=ON",
-        "cmake --build build",
-        "ctest --test-dir build",
+        vec!["cmake", "-S", &source, "-B", &build, "-DROBOCOMP_TESTS=ON"],
+        vec!["cmake", "--build", &build],
+        vec!["ctest", "--test-dir", &build],
     ] {
-        let mut words = words.split(' ');
-        let mut command = Command::new(cmake.join(words.next().unwrap_or_default()));
-        command.args(words).current_dir(&folder);
+        let mut command = Command::new(cmake.join(words[0]));
+        command.args(&words[1..]);
         let run = site.run(command);
         assert_eq!(run.code, 0, "{run:?}");
     }
