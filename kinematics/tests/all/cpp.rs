@@ -23,6 +23,10 @@ Kinematics six
 fn cpp_has_matrices_of_eigen() {
     let packages = rc_test_support::python::packages;
     let test = "cpp_has_matrices_of_eigen";
+    if Command::new("c++").arg("--version").output().is_err() {
+        rc_test_support::python::skipped(test, "there is no compiler of C++ in the path");
+        return;
+    }
     let Some(python) = packages("eigen", "cmeel-eigen==3.4.1\n", test) else {
         return;
     };
