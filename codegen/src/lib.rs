@@ -31,6 +31,7 @@ pub mod origin;
 mod packages;
 pub mod parallel;
 pub mod paths;
+mod program;
 pub mod project;
 pub mod proxies;
 pub mod purpose;

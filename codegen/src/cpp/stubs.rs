@@ -1,6 +1,7 @@
 //! Handlers that a worker in C++ lacks: the compiler names the pure virtual functions that are left.
 
 use super::component::{self, Handler};
+use crate::program::end_of;
 use crate::project::Project;
 use crate::stubs::Lacking;
 use crate::view;
@@ -9,12 +10,15 @@ use rc_diagnostics::{Diagnostics, SourceMap, foreign};
 use serde::Deserialize;
 use std::io::{self, Write as _};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::time::Duration;
 
 /// The file whose flags the header of the worker gets.
 const WORKER: &str = "specificworker.cpp";
 /// Text for the compiler.
 const PROBE: &str = "#include \"specificworker.h\"\nSpecificWorker rc_worker;\n";
+/// How long the compiler may take.
+const PATIENCE: Duration = Duration::from_mins(2);
 /// The most lines of the compiler's messages in a report.
 const LINES: usize = 12;
 
@@ -131,27 +135,22 @@ fn compile(folder: &Path) -> io::Result<Vec<String>> {
             _ => flags.push(argument),
         }
     }
-    let mut child = Command::new(&compiler)
+    // The pipe holds the short text, so nothing waits for the compiler to read it.
+    let (input, mut probe) = io::pipe()?;
+    probe.write_all(PROBE.as_bytes())?;
+    drop(probe);
+    let mut command = Command::new(&compiler);
+    command
         .args(flags)
         .args(["-fsyntax-only", "-x", "c++", "-"])
         .current_dir(&entry.directory)
-        .env("LC_ALL", "C")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| {
-            io::Error::new(error.kind(), format!("cannot start {compiler}: {error}"))
-        })?;
-    if let Some(mut input) = child.stdin.take() {
-        // A compiler that ends early says why.
-        let _ = input.write_all(PROBE.as_bytes());
-    }
-    let output = child.wait_with_output()?;
-    if output.status.success() {
+        .env("LC_ALL", "C");
+    let ended = end_of(PATIENCE, &mut command, input.into());
+    let ended = ended.map_err(|why| io::Error::other(format!("`{compiler}` {why}")))?;
+    if ended.is_success {
         return Ok(Vec::new());
     }
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&ended.said);
     Ok(said
         .lines()
         .map(|line| foreign::clean_to(line, 2000))

@@ -2,6 +2,7 @@
 //! `pyproject.toml`. Made on request only.
 
 use super::interpreter::{self, OWN_ENVIRONMENT, PROGRAM};
+use crate::program::end_of;
 use pep440_rs::VersionSpecifiers;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -184,7 +185,7 @@ pub(super) fn fill<'o>(
     let mut command = Command::new(python);
     command.args(["-m", "venv"]).args(options).arg(place);
     let what = format!("{} -m venv {}", python.display(), place.display());
-    let ended = interpreter::end_of(patience, &mut command);
+    let ended = end_of(patience, &mut command, Stdio::null());
     let ended = ended.map_err(|why| Error::System(format!("`{what}` {why}")))?;
     if ended.is_success {
         return Ok(());

@@ -1,19 +1,15 @@
 //! Interpreters of Python for a component, and their output.
 
+use crate::program::end_of;
 use pep440_rs::Version;
 use rc_cdsl::model::OLDEST_PYTHON;
-use std::io::Read;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How long an interpreter may take to read a worker.
 const PATIENCE: Duration = Duration::from_secs(20);
-
-/// The most bytes that it may print: the names of a worker of many thousand lines.
-const MOST: usize = 16 << 20;
 
 /// The virtual environment of a component, in its folder.
 pub(super) const OWN_ENVIRONMENT: &str = ".venv";
@@ -85,21 +81,6 @@ pub(super) fn version_within(patience: Duration, python: &Path) -> Result<Versio
     })
 }
 
-/// Reads a pipe to its end, or until it is too long. The thread ends with the last writer.
-fn drain(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
-    let (to, from) = std::sync::mpsc::channel();
-    std::thread::spawn(move || {
-        let mut text = Vec::new();
-        if let Some(pipe) = pipe {
-            // Output that a broken pipe cuts is not JSON, which is reported.
-            let _ = pipe.take(MOST as u64 + 1).read_to_end(&mut text);
-        }
-        // Nothing waits any more if the interpreter took too long.
-        let _ = to.send(text);
-    });
-    from
-}
-
 /// Runs a script of this program with arguments and returns what it printed. The interpreter reads
 /// no packages and no files of the current folder.
 pub(super) fn run(python: &Path, script: &str, args: &[PathBuf]) -> Result<Vec<u8>, Unusable> {
@@ -114,7 +95,7 @@ fn run_for(
 ) -> Result<Vec<u8>, Unusable> {
     let mut command = Command::new(python);
     command.args(["-I", "-S", "-X", "utf8", "-c", script]);
-    let ended = end_of(patience, command.args(args));
+    let ended = end_of(patience, command.args(args), Stdio::null());
     let failed = |why: &str| Unusable(format!("`{}` {why}", python.display()));
     let ended = ended.map_err(|why| failed(&why))?;
     if ended.is_success {
@@ -124,59 +105,6 @@ fn run_for(
     let last = said.trim_end().lines().last().unwrap_or("no reason");
     let last = rc_diagnostics::foreign::clean(last);
     Err(failed(&format!("failed: {last}")))
-}
-
-/// The end of a program.
-pub(super) struct End {
-    pub(super) is_success: bool,
-    /// Standard output.
-    pub(super) out: Vec<u8>,
-    /// Standard error.
-    pub(super) said: Vec<u8>,
-}
-
-/// Runs a program to its end, without input. The error says why it did not end by itself.
-pub(super) fn end_of(patience: Duration, command: &mut Command) -> Result<End, String> {
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => "does not exist".to_owned(),
-            _ => format!("cannot be started: {error}"),
-        })?;
-    let out = drain(child.stdout.take());
-    let said = drain(child.stderr.take());
-    let end = Instant::now() + patience;
-    let status = loop {
-        match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) if Instant::now() < end => std::thread::sleep(Duration::from_millis(1)),
-            Ok(None) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return Err(format!("has not ended within {patience:?}"));
-            }
-            Err(error) => return Err(format!("cannot be waited for: {error}")),
-        }
-    };
-    // A program that it started may hold the pipes longer than it lives.
-    let left = || end.saturating_duration_since(Instant::now());
-    let pipe = |all: &Receiver<Vec<u8>>| {
-        let read = all.recv_timeout(left());
-        let read =
-            read.map_err(|_| "has ended, and another program keeps its output open".to_owned())?;
-        if read.len() > MOST {
-            return Err(format!("prints more than {} MiB", MOST >> 20));
-        }
-        Ok(read)
-    };
-    Ok(End {
-        is_success: status.success(),
-        out: pipe(&out)?,
-        said: pipe(&said)?,
-    })
 }
 
 #[cfg(test)]
