@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
 /// An element: its name, its valid parents, its attributes.
-type Element = (
+pub type Element = (
     &'static str,
     &'static [&'static str],
     &'static [&'static str],
@@ -27,7 +27,7 @@ const WITH_ENTRY_AND_EXIT: &[&str] = &["state", "parallel", "final"];
 const WITH_ACTIONS: &[&str] = &["onentry", "onexit", "transition"];
 /// The supported elements. `final` and `initial` in a `parallel`, and a `transition` in a `final`,
 /// are accepted here, because the checks shared with SMDSL report them.
-const ELEMENTS: [Element; 14] = [
+pub const ELEMENTS: [Element; 14] = [
     // Without data, the time of binding makes no difference.
     ("scxml", &[], &["name", "version", "initial", "binding"]),
     ("state", STATE_PARENTS, &["id", "initial"]),

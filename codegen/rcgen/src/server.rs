@@ -7,20 +7,23 @@
 //!
 //! `Server` takes messages and decides the order of checks. Its parts own their state: `Editor`
 //! the open texts, `Folders` the files to find, `KnownFiles` the names, `Findings` the
-//! diagnostics, `Networks` the connections, `Workers` the code. Answers read the parts.
+//! diagnostics, `Explained` their pages, `Networks` the connections, `Workers` the code. Answers read the parts.
 
 mod actions;
 mod completion;
 mod context;
 mod documents;
 mod editor;
+mod explained;
 mod file_key;
 mod findings;
 mod folders;
 mod hints;
 mod hover;
+mod json_place;
 mod known_files;
 mod layout;
+mod markup;
 mod names;
 mod navigation;
 mod networks;
@@ -36,6 +39,7 @@ mod wire;
 mod workers;
 
 use editor::Editor;
+use explained::Explained;
 use findings::{Findings, Phase};
 use folders::Folders;
 use known_files::KnownFiles;
@@ -106,6 +110,7 @@ struct Server {
     stage: Stage,
     editor: Editor,
     findings: Findings,
+    explained: Explained,
     files: KnownFiles,
     workers: Workers,
     networks: Networks,
@@ -204,6 +209,7 @@ impl Server {
     fn initialize(&mut self, parameters: &Value) -> Value {
         self.stage = Stage::Initialized;
         self.editor = Editor::of(parameters);
+        self.explained = Explained::of(parameters);
         for folder in self.editor.folders() {
             self.folders.push(folder);
         }
@@ -322,8 +328,11 @@ impl Server {
         changed
     }
 
-    fn publish(&self, path: &Path) -> io::Result<()> {
-        let diagnostics = self.findings.of(path);
+    fn publish(&mut self, path: &Path) -> io::Result<()> {
+        let mut diagnostics = self.findings.of(path);
+        for finding in &mut diagnostics {
+            self.explained.link(finding);
+        }
         let mut is_open = false;
         for (uri, version) in self.editor.open_as(path) {
             is_open = true;

@@ -171,7 +171,8 @@ async function explain(): Promise<void> {
     void vscode.window.showErrorMessage(output.err.trim());
     return;
   }
-  const content = `# ${code}\n\n${output.out}`;
+  // It begins with the code.
+  const content = `# ${output.out}`;
   const page = await vscode.workspace.openTextDocument({ language: "markdown", content });
   await vscode.commands.executeCommand("markdown.showPreviewToSide", page.uri);
 }

@@ -44,8 +44,8 @@ pub(crate) const WIDTHS: [&[&str]; 3] = [
     &["widthz", "zwidth"],
 ];
 
-/// Outermost in each file.
-pub(crate) const ROOT: &str = "innerModel";
+/// The tag of the outermost element of each file.
+pub const ROOT: &str = "innerModel";
 
 pub(crate) const ELEMENTS: [Element; 25] = [
     Element {
@@ -246,4 +246,13 @@ pub(crate) const ELEMENTS: [Element; 25] = [
 /// The element of a tag, in any case.
 pub(crate) fn element(tag: &str) -> Option<&'static Element> {
     ELEMENTS.iter().find(|e| e.tag.eq_ignore_ascii_case(tag))
+}
+
+/// All elements below the outermost one: the tag, the attributes, each by the first of its spellings, and
+/// whether it may have children.
+pub fn elements() -> impl Iterator<Item = (&'static str, Vec<&'static str>, bool)> + Clone {
+    ELEMENTS.iter().map(|element| {
+        let attributes = element.attributes().filter_map(|names| names.first());
+        (element.tag, attributes.copied().collect(), element.children)
+    })
 }

@@ -20,6 +20,7 @@ pub mod rewrite;
 pub mod slots;
 mod units;
 
+pub use elements::{ROOT, elements};
 pub use format::{format, is_innermodel};
 pub use include::Loader;
 pub use model::{Document, Kind, Node, Pose};

@@ -3,8 +3,10 @@
 
 mod configurations;
 mod data;
+mod graphs;
 mod keywords;
 mod languages;
+mod markup;
 mod networks;
 
 use super::context::Context;
@@ -14,6 +16,7 @@ use super::known_files::KnownFiles;
 use super::names::{Kind, Names};
 use super::place::Text;
 use keywords::{INSIDE, Keyword, STATEMENTS};
+use languages::units;
 use rc_codegen::{load, paths};
 use rc_syntax::Loader;
 use serde_json::{Value, json};
@@ -92,24 +95,14 @@ impl Completion<'_> {
             .extension()
             .and_then(|e| e.to_str())
             .unwrap_or_default();
-        let (start, mut items) = if ending == "toml" {
-            self.in_configuration(&target, cursor)
-        } else {
-            let Some(context) = Context::at(text, cursor) else {
-                return Value::Null;
-            };
-            let items = match ending {
-                "idsl" => self.in_interfaces(&target, &context),
-                "cdsl" => self.in_component(&target, &context),
-                "ddsl" => self.in_network(&target, &context),
-                "pdsl" => self.in_parameters(&target, &context),
-                "smdsl" => in_machine(&target, &context),
-                "gdsl" => self.in_schema(&target, &context),
-                "dproto" => self.in_prototypes(&target, &context),
-                "kdsl" => self.in_solvers(&target, &context),
-                _ => Vec::new(),
-            };
-            (context.start, items)
+        let answer = match ending {
+            "toml" => Some(self.in_configuration(&target, cursor)),
+            "scxml" | "xml" | "urdf" => self.in_markup(&target, cursor, ending),
+            "graph" => self.in_graph(&target, cursor),
+            _ => self.in_statement(&target, cursor, ending),
+        };
+        let Some((start, mut items)) = answer else {
+            return Value::Null;
         };
         let mut seen = BTreeSet::new();
         items.retain(|item| !item.label.is_empty() && seen.insert(item.label.clone()));
@@ -120,6 +113,28 @@ impl Completion<'_> {
             .map(|(at, item)| self.shown(&document.text, &range, at, item))
             .collect();
         json!(items)
+    }
+
+    /// The start of the word at the cursor, and what is allowed there, in a language of statements.
+    fn in_statement(
+        &self,
+        target: &Target<'_>,
+        cursor: usize,
+        ending: &str,
+    ) -> Option<(usize, Vec<Item>)> {
+        let context = Context::at(target.text, cursor)?;
+        let items = match ending {
+            "idsl" => self.in_interfaces(target, &context),
+            "cdsl" => self.in_component(target, &context),
+            "ddsl" => self.in_network(target, &context),
+            "pdsl" => self.in_parameters(target, &context),
+            "smdsl" => in_machine(target, &context),
+            "gdsl" => self.in_schema(target, &context),
+            "dproto" => self.in_prototypes(target, &context),
+            "kdsl" => self.in_solvers(target, &context),
+            _ => Vec::new(),
+        };
+        Some((context.start, items))
     }
 
     fn shown(&self, text: &Text, range: &Value, at: usize, item: Item) -> Value {
@@ -156,7 +171,9 @@ impl Completion<'_> {
             let name = entry.file_name().into_string().ok()?;
             let path = entry.path();
             let wanted = path.extension().and_then(|e| e.to_str());
-            let is_file = wanted.is_some_and(|e| endings.contains(&e)) && path.is_file();
+            let is_wanted = wanted.is_some_and(|e| endings.contains(&e)) && path.is_file();
+            // A text imports no copy of itself.
+            let is_file = is_wanted && key(&path) != *target.path;
             let is_folder = path.is_dir() && !name.starts_with('.');
             let label = match (is_file, is_folder) {
                 (true, _) => format!("{folder}{name}"),

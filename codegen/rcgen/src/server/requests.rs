@@ -60,7 +60,7 @@ pub(super) fn capabilities(encoding: Encoding) -> Value {
             "renameProvider": { "prepareProvider": true },
             "codeActionProvider": { "codeActionKinds": ["quickfix", "source.fixAll"] },
             "hoverProvider": true,
-            "completionProvider": { "triggerCharacters": [".", "\"", ":", "@", "/"] },
+            "completionProvider": { "triggerCharacters": [".", "\"", ":", "@", "/", "<"] },
             "definitionProvider": true,
             "implementationProvider": true,
             "referencesProvider": true,

@@ -106,13 +106,38 @@ fn grammar(language: &str, folder: &str) -> Value {
     })
 }
 
+/// The grammar of `.graph`, which is JSON: the members of nodes and edges are keywords.
+fn graphs() -> Value {
+    let string = json!({
+        "name": "string.quoted.double.graph",
+        "begin": "\"",
+        "end": "\"|$",
+        "patterns": [{ "name": "constant.character.escape.graph", "match": "\\\\." }],
+    });
+    let members = "schema|nodes|edges|id|type|from|to|attributes|value|unit|bytes|ints|strings|topic|sequence";
+    json!({
+        "name": "Graph",
+        "scopeName": "source.graph",
+        "fileTypes": ["graph"],
+        "patterns": [
+            pattern("keyword.control", "graph", &format!("\"({members})\"(?=\\s*:)")),
+            pattern("variable.other.member", "graph", "\"([^\"\\\\]|\\\\.)*\"(?=\\s*:)"),
+            pattern("constant.other.reference", "graph", "\"[0-9]+:[0-9]+\""),
+            string,
+            pattern("constant.numeric", "graph", "-?\\b[0-9]+(\\.[0-9]+)?([eE][+-]?[0-9]+)?\\b"),
+            pattern("constant.language", "graph", "\\b(true|false)\\b"),
+        ],
+    })
+}
+
 #[test]
 fn the_grammars_of_textmate_have_the_words_of_the_languages() {
-    for (language, folder) in LANGUAGES {
+    let all = LANGUAGES.map(|(language, folder)| (language, grammar(language, folder)));
+    for (language, grammar) in all.into_iter().chain([("graph", graphs())]) {
         let path = root().join(format!(
             "editors/vscode/syntaxes/{language}.tmLanguage.json"
         ));
-        let text = serde_json::to_string_pretty(&grammar(language, folder)).expect("JSON");
+        let text = serde_json::to_string_pretty(&grammar).expect("JSON");
         expect_file![path].assert_eq(&format!("{text}\n"));
     }
 }

@@ -6,6 +6,7 @@ mod checked;
 mod completion;
 mod editors;
 mod edits;
+mod explained;
 mod hover;
 mod navigation;
 mod networks;
@@ -45,7 +46,10 @@ impl Drop for Editor {
 }
 
 fn spawn() -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rcgen"));
+    spawn_with(Command::new(env!("CARGO_BIN_EXE_rcgen")))
+}
+
+fn spawn_with(mut command: Command) -> Child {
     command.arg("lsp").stdin(Stdio::piped());
     let spawned = command
         .stdout(Stdio::piped())
@@ -61,7 +65,11 @@ fn uri(path: &Path) -> String {
 impl Editor {
     /// Opens a folder.
     pub(crate) fn open_folder(folder: &Path) -> Self {
-        let mut server = spawn();
+        Self::open_with(folder, spawn(), &json!({}))
+    }
+
+    /// Opens a folder with capabilities of the editor.
+    fn open_with(folder: &Path, mut server: Child, capabilities: &Value) -> Self {
         let mut output = BufReader::new(server.stdout.take().expect("a pipe"));
         let (sender, messages) = channel();
         std::thread::spawn(move || {
@@ -93,7 +101,7 @@ impl Editor {
         let root = uri(&editor.folder);
         let offered = editor.ask(
             "initialize",
-            &json!({ "rootUri": root, "capabilities": {}, "workspaceFolders": null }),
+            &json!({ "rootUri": root, "capabilities": capabilities, "workspaceFolders": null }),
         );
         assert_eq!(offered["capabilities"]["positionEncoding"], "utf-16");
         editor.tell("initialized", &json!({}));

@@ -1,4 +1,4 @@
--- A session without a screen: it opens a file with two mistakes, fixes them, lays the file out, and writes it;
+-- A session without a screen: it opens a file with two mistakes and the page of one, fixes them, lays the file out, and writes it;
 -- then it goes from a component to its interface, lists where that is named, completes a word, and renames.
 local function fail(why)
   io.stderr:write(why .. "\n")
@@ -20,6 +20,12 @@ end
 local function run()
   vim.cmd("edit m.idsl")
   await("findings", function() return codes() == "missing-semicolon unknown-type" end)
+  vim.cmd("RcgenExplain")
+  local page = vim.fn.getline(1)
+  if page ~= "# missing-semicolon" and page ~= "# unknown-type" then
+    fail("the page of a finding: " .. page)
+  end
+  vim.cmd("close")
   local client = vim.lsp.get_client_by_id(vim.lsp.get_active_clients()[1].id)
   for _ = 1, 2 do
     local before = codes()

@@ -20,6 +20,11 @@ async function saved(expected) {
   assert.equal(text(), expected);
 }
 
+async function opens(name) {
+  await page.locator(".explorer-folders-view .monaco-list-row", { hasText: name }).dblclick();
+  await page.locator(`.tab.active[data-resource-name="${name}"]`).waitFor();
+}
+
 async function command(title) {
   await page.keyboard.press("F1");
   await page.locator(".quick-input-box input").fill(`>${title}`);
@@ -29,8 +34,7 @@ async function command(title) {
 try {
   await page.goto(`http://127.0.0.1:${port}/?folder=${folder}`);
   await page.getByRole("button", { name: "Yes, I trust" }).click();
-  await page.locator(".explorer-folders-view .monaco-list-row", { hasText: "net.ddsl" }).dblclick();
-  await page.locator('.tab.active[data-resource-name="net.ddsl"]').waitFor();
+  await opens("net.ddsl");
 
   // A wrong slot: the finding shows, and its fix is clicked.
   const before = text();
@@ -44,6 +48,12 @@ try {
   await finding.waitFor();
   await page.keyboard.press("F8");
   await page.locator(".marker-widget", { hasText: "did you mean `Grip`?" }).waitFor();
+  await page.locator(".marker-widget a.code-link").click({ modifiers: ["Control"] });
+  await page.locator('.tab.active[data-resource-name="unknown-slot.md"]').waitFor();
+  await page.locator(".view-lines", { hasText: "# unknown-slot" }).waitFor();
+  console.log("The code of a finding leads to its page.");
+  await page.keyboard.press("Control+F4");
+  await page.locator('.tab.active[data-resource-name="net.ddsl"]').click();
   await page.keyboard.press("Escape");
   await page.locator('.lightBulbWidget:visible, [class*="gutter-lightbulb"]:visible').first().click();
   await page.locator(".action-widget", { hasText: "Write `Grip`" }).waitFor();
@@ -67,6 +77,20 @@ try {
   await page.getByText("Ln 4, Col").waitFor();
   await picture.locator("g.here", { hasText: "asker" }).first().waitFor();
   console.log("The picture leads to the line of a component, and follows the cursor.");
+
+  // The running network: its states are in the picture, and a button ends a component, another one starts it.
+  await opens("live.ddsl");
+  const viewer = picture.locator("g:has(> title)").filter({ hasText: "pose_monitor" }).first();
+  await viewer.waitFor();
+  await picture.locator("#live").click();
+  await viewer.filter({ hasText: "running" }).waitFor();
+  await viewer.click();
+  await picture.locator("#stop:enabled").click();
+  await viewer.filter({ hasText: "stopped" }).waitFor();
+  await picture.locator("g:has(> title)", { hasText: "simulator" }).filter({ hasText: "running" }).first().waitFor();
+  await picture.locator("#start:enabled").click();
+  await viewer.filter({ hasText: "running" }).waitFor();
+  console.log("Buttons of the picture stop and start a component of a running network.");
 } catch (error) {
   const shot = path.join(import.meta.dirname, "window.png");
   await page.screenshot({ path: shot });

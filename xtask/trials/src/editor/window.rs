@@ -17,15 +17,19 @@ const LIMIT: Duration = Duration::from_mins(10);
 /// Until the server listens.
 const START: Duration = Duration::from_mins(1);
 
-/// Types a wrong slot into a network, takes the quick fix, and looks at the picture.
+/// Types a wrong slot into a network, takes the quick fix, and looks at the picture; stops and starts a component of
+/// a running network.
 ///
 /// # Errors
 /// The editor cannot be installed, or does not do what a user expects.
 pub(super) fn use_it() -> Result<(), Failure> {
-    for (package, program) in [("rcgen", "rcgen"), ("rc-deploy", "rcdeploy")] {
-        let build = ["build", "--package", package, "--bin", program];
-        finish(cargo(&build)?, BUILD)?;
-    }
+    let mut build = vec!["build", "--workspace"];
+    build.extend(
+        ["rcgen", "rcdeploy", "simulator", "pose_monitor"]
+            .iter()
+            .flat_map(|program| ["--bin", program]),
+    );
+    finish(cargo(&build)?, BUILD)?;
     let editor = installed()?;
     let place = tempfile::tempdir()?;
     let (data, work) = (place.path().join("data"), place.path().join("work"));
@@ -45,8 +49,14 @@ pub(super) fn use_it() -> Result<(), Failure> {
     for (file, text) in FILES {
         fs::write(work.join(file), text)?;
     }
+    let live = work.join("live.ddsl");
+    fs::write(&live, live_network())?;
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let _server = serve(&editor, &data, port)?;
+    let mut up = Command::new(programs.join("rcdeploy"));
+    up.arg("up").arg(&live);
+    of_user(&mut up, &data);
+    let network = Program::spawn(up)?;
     let (chromium, libraries) = browser()?;
     let script = editor.join("window.mjs");
     fs::write(&script, include_str!("window.mjs"))?;
@@ -57,7 +67,30 @@ pub(super) fn use_it() -> Result<(), Failure> {
         session.env("LD_LIBRARY_PATH", libraries);
     }
     print!("{}", output(session, LIMIT)?);
-    Ok(())
+    network.stop(START)
+}
+
+/// The folders of the user of the editor, in which `rcdeploy` finds a running network.
+fn of_user(command: &mut Command, data: &Path) {
+    command.env("HOME", data);
+    for (variable, folder) in [("XDG_RUNTIME_DIR", "run"), ("XDG_STATE_HOME", "state")] {
+        command.env(variable, data.join(folder));
+    }
+}
+
+/// A network of two components of this project, named after this process.
+fn live_network() -> String {
+    let component = |name: &str, of: &str| {
+        let components = root().join("components");
+        let path = components.join(of).join(of).with_extension("cdsl");
+        format!("    Component {name} {{ cdsl \"{}\"; }};\n", path.display())
+    };
+    format!(
+        "Deployment window_{}\n{{\n{}{}    bind viewer.FullPoseEstimationPub -> robot.FullPoseEstimationPub;\n}};\n",
+        std::process::id(),
+        component("robot", "simulator"),
+        component("viewer", "pose_monitor"),
+    )
 }
 
 const FILES: [(&str, &str); 4] = [
@@ -96,8 +129,8 @@ fn serve(editor: &Path, data: &Path, port: u16) -> Result<Program, Failure> {
         .arg(data)
         .arg("--extensions-dir")
         .arg(data.join("extensions"))
-        .env("HOME", data)
         .stderr(Stdio::null());
+    of_user(&mut command, data);
     let server = Program::spawn(command)?;
     while !server.read_line(START)?.contains("listening on") {}
     Ok(server)

@@ -2,10 +2,12 @@
 
 mod data;
 mod inside;
+mod markup;
 mod statements;
 
 pub(super) use data::DATA;
 pub(super) use inside::INSIDE;
+pub(super) use markup::{ATTRIBUTES, ELEMENTS, URDF};
 pub(super) use statements::STATEMENTS;
 
 /// A keyword with its meaning.

@@ -348,6 +348,6 @@ pub(super) fn settings_of(middleware: Middleware) -> Vec<Item> {
 
 /// The files with an ending that come with this program, and their texts.
 fn shipped(ending: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let all = load::all_shipped();
+    let all = load::all_shipped().chain(graph_language::DOMAINS);
     all.filter(move |(file, _)| Path::new(file).extension() == Some(ending.as_ref()))
 }

@@ -265,3 +265,83 @@ fn schemas_prototypes_and_solvers_are_completed() {
     session.editor.end();
     expect_file!["completion/data.txt"].assert_eq(&session.log);
 }
+
+#[test]
+fn state_charts_trees_robots_and_graphs_are_completed() {
+    let mut session = Session::new();
+    let files = [
+        (
+            "rover.scxml",
+            "<scxml version=\"1.0\" initial=\"idle\">\n  <state id=\"idle\">\n    <transition event=\"go\" target=\"driving\"/>\n  </state>\n  <state id=\"driving\">\n    <onexit><raise event=\"stopped\"/></onexit>\n  </state>\n</scxml>\n",
+        ),
+        (
+            "world.xml",
+            "<innerModel>\n  <transform id=\"world\">\n    <joint id=\"neck\" axis=\"z\"><!-- <camera --></joint>\n    <mesh id=\"cup\" file=\"cup.obj\"/>\n  </transform>\n</innerModel>\n",
+        ),
+        (
+            "arm.urdf",
+            "<robot name=\"arm\">\n  <link name=\"base\"><visual><geometry><box size=\"1 1 1\"/></geometry></visual></link>\n  <link name=\"hand\"/>\n  <joint name=\"wrist\" type=\"fixed\">\n    <parent link=\"base\"/>\n    <child link=\"hand\"/>\n  </joint>\n</robot>\n",
+        ),
+        (
+            "home.gdsl",
+            "Domain home\n{\n    /// A place for people.\n    entity Room { name string; floor int 0:9; light { on, off } optional; };\n    entity Cup { mass float unit \"kg\"; full bool; };\n    relation within { inner Cup; outer Room; };\n};\n",
+        ),
+        (
+            "home.graph",
+            "{\n  \"schema\": \"home.gdsl\",\n  \"nodes\": [\n    {\"id\": \"1:1\", \"type\": \"Room\", \"attributes\": {\"name\": \"hall\", \"floor\": 0}},\n    {\"id\": \"1:2\", \"type\": \"Cup\", \"attributes\": {\"mass\": 0.2, \"full\": true}}\n  ],\n  \"edges\": [\n    {\"id\": \"1:3\", \"type\": \"within\", \"from\": \"1:2\", \"to\": \"1:1\"}\n  ]\n}\n",
+        ),
+    ];
+    std::fs::write(session.editor.folder.join("cup.obj"), "").expect("a file");
+    for (file, text) in files {
+        std::fs::write(session.editor.folder.join(file), text).expect("a file");
+        session.editor.open(file, text);
+    }
+    for (file, old, new) in [
+        (
+            "rover.scxml",
+            "<state id=\"driving\">",
+            "<▮\n  <state id=\"driving\">",
+        ),
+        ("rover.scxml", "<transition ", "<tr▮ "),
+        ("rover.scxml", "event=\"go\" ", "▮ "),
+        ("rover.scxml", "\"driving\"/>", "\"▮\"/>"),
+        ("rover.scxml", "\"driving\"/>", "\"idle dr▮"),
+        ("rover.scxml", "\"stopped\"/>", "\"▮\"/>"),
+        ("rover.scxml", "</state>\n  <state", "</▮"),
+        ("rover.scxml", "</onexit>", "text ▮</onexit>"),
+        ("world.xml", "<mesh", "<▮\n    <mesh"),
+        ("world.xml", "<!-- <camera -->", "<camera ▮/>"),
+        ("world.xml", "axis=\"z\"", "axis=\"▮\""),
+        ("world.xml", "cup.obj", "▮"),
+        ("world.xml", "id=\"cup\"", "allowed=\"neck ▮\""),
+        ("world.xml", "<!-- <camera -->", "<!-- <▮ -->"),
+        ("arm.urdf", "<link name=\"hand\"/>", "<▮"),
+        ("arm.urdf", "<box size=\"1 1 1\"/>", "<▮"),
+        ("arm.urdf", "<parent link=\"base\"/>", "<limit ▮/>"),
+        ("arm.urdf", "fixed", "▮"),
+        ("arm.urdf", "link=\"base\"/>", "link=\"▮\"/>"),
+        ("home.graph", "  \"schema\"", "  ▮, \"schema\""),
+        ("home.graph", "home.gdsl", "▮"),
+        ("home.graph", "\"type\": \"Room\"", "▮, \"type\": \"Room\""),
+        ("home.graph", "\"Room\"", "\"▮\""),
+        ("home.graph", "\"Cup\"", "▮"),
+        ("home.graph", ", \"floor\": 0", ", \"▮\""),
+        ("home.graph", "\"floor\": 0", "\"light\": ▮"),
+        ("home.graph", "\"full\": true", "\"full\": ▮"),
+        (
+            "home.graph",
+            "\"mass\": 0.2",
+            "\"mass\": {\"value\": 2, \"unit\": \"k▮\"}",
+        ),
+        ("home.graph", "\"within\"", "\"▮\""),
+        ("home.graph", "\"from\": \"1:2\"", "\"from\": \"▮\""),
+        ("home.graph", "\"1:1\"}\n", "\"▮"),
+        ("home.graph", "0.2", "\"▮\""),
+        // A schema does not import itself.
+        ("home.gdsl", "Domain home", "import \"▮\"; Domain home"),
+    ] {
+        session.completes(file, old, new);
+    }
+    session.editor.end();
+    expect_file!["completion/markup.txt"].assert_eq(&session.log);
+}
