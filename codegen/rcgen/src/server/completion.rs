@@ -98,7 +98,7 @@ impl Completion<'_> {
         let answer = match ending {
             "toml" => Some(self.in_configuration(&target, cursor)),
             "scxml" | "xml" | "urdf" => self.in_markup(&target, cursor, ending),
-            "graph" => self.in_graph(&target, cursor),
+            "graph" => graphs::in_graph(self, &target, cursor),
             _ => self.in_statement(&target, cursor, ending),
         };
         let Some((start, mut items)) = answer else {

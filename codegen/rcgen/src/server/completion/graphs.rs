@@ -26,108 +26,107 @@ const EDGE: [(&str, &str); 5] = [
     ("attributes", "Names and values."),
 ];
 
-impl Completion<'_> {
-    /// The start of the word at the cursor, and what is allowed there.
-    pub(super) fn in_graph(
-        &self,
-        target: &Target<'_>,
-        cursor: usize,
-    ) -> Option<(usize, Vec<Item>)> {
-        let Json {
-            place,
-            listed,
-            outermost,
-        } = read(target.text, cursor);
-        let place = place?;
-        let schema = outermost.iter().find(|(key, _)| *key == "schema");
-        let schema = schema.and_then(|(_, file)| self.schema(target, file));
-        let written = &target.text[place.start..cursor];
-        let mut items = match (place.keys.as_slice(), place.is_key) {
-            ([], true) => keys(&FILE, &place),
-            (["nodes"], true) => keys(&NODE, &place),
-            (["edges"], true) => keys(&EDGE, &place),
-            (["schema"], false) if place.is_string => self.importable(target, written, "gdsl"),
-            (["nodes", "type"], false) => {
-                let all = schema.iter().flat_map(|schema| &schema.entities);
-                all.map(|entity| Item::new(STRUCT, entity.name.as_str(), entity.doc.join("\n")))
-                    .collect()
-            }
-            (["edges", "type"], false) => {
-                let all = schema.iter().flat_map(|schema| &schema.relations);
-                all.map(|relation| {
-                    let ends = relation.ports.iter();
-                    let ends = ends.map(|port| format!("{} {}", port.name, port.entity));
-                    let doc = relation.doc.join("\n");
-                    let mut item = Item::new(STRUCT, relation.name.as_str(), doc);
-                    item.detail = ends.collect::<Vec<_>>().join(", ");
-                    item
-                })
+/// The start of the word at the cursor, and what is allowed there.
+pub(super) fn in_graph(
+    completion: &Completion<'_>,
+    target: &Target<'_>,
+    cursor: usize,
+) -> Option<(usize, Vec<Item>)> {
+    let Json {
+        place,
+        listed,
+        outermost,
+    } = read(target.text, cursor);
+    let place = place?;
+    let named = outermost.iter().find(|(key, _)| *key == "schema");
+    let schema = named.and_then(|(_, file)| schema(completion, target, file));
+    let written = &target.text[place.start..cursor];
+    let mut items = match (place.keys.as_slice(), place.is_key) {
+        ([], true) => keys(&FILE, &place),
+        (["nodes"], true) => keys(&NODE, &place),
+        (["edges"], true) => keys(&EDGE, &place),
+        (["schema"], false) if place.is_string => completion.importable(target, written, "gdsl"),
+        (["nodes", "type"], false) => {
+            let all = schema.iter().flat_map(|schema| &schema.entities);
+            all.map(|entity| Item::new(STRUCT, entity.name.as_str(), entity.doc.join("\n")))
                 .collect()
-            }
-            (["edges", end @ ("from" | "to")], false) => {
-                let port = usize::from(*end == "to");
-                let kind = member(&place, 0, "type");
-                let wanted = schema.as_ref().zip(kind).and_then(|(schema, kind)| {
-                    Some((schema, schema.relation(kind)?.ports.get(port)?))
-                });
-                let nodes = listed.iter().filter(|(list, _)| *list == "nodes");
-                let nodes = nodes.filter_map(|(_, members)| {
-                    let member = |name: &str| members.iter().find(|(key, _)| *key == name);
-                    let kind = member("type").map_or("", |(_, kind)| kind);
-                    let fits = wanted.is_none_or(|(schema, port)| schema.is_a(kind, &port.entity));
-                    let id = member("id").filter(|_| fits)?.1;
-                    Some(Item::new(
-                        VALUE,
-                        id,
-                        format!("A node of the type `{kind}`."),
-                    ))
-                });
-                nodes.collect()
-            }
-            (["nodes" | "edges", "attributes"], true) => {
-                let all = attributes(schema.as_ref(), member(&place, 1, "type"));
-                let written = place.members.last();
-                let is_free =
-                    |name: &str| written.is_none_or(|all| all.iter().all(|(key, _)| *key != name));
-                let all = all.iter().filter(|attribute| is_free(&attribute.name));
-                all.map(|attribute| {
-                    let mut item = Item::new(PROPERTY, attribute.name.as_str(), doc(attribute));
-                    item.detail = attribute.kind.text();
-                    item
-                })
-                .collect()
-            }
-            (["nodes" | "edges", "attributes", name], false) => {
-                let all = attributes(schema.as_ref(), member(&place, 1, "type"));
-                let found = all.iter().find(|attribute| attribute.name == *name);
-                match found.map(|attribute| &attribute.kind) {
-                    Some(Kind::Enum(all)) => words(all.iter().map(String::as_str), "A value."),
-                    Some(Kind::Bool) if !place.is_string => {
-                        let all = words(["true", "false"], "A value.");
-                        return Some((place.start, all));
-                    }
-                    _ => Vec::new(),
+        }
+        (["edges", "type"], false) => {
+            let all = schema.iter().flat_map(|schema| &schema.relations);
+            all.map(|relation| {
+                let ends = relation.ports.iter();
+                let ends = ends.map(|port| format!("{} {}", port.name, port.entity));
+                let doc = relation.doc.join("\n");
+                let mut item = Item::new(STRUCT, relation.name.as_str(), doc);
+                item.detail = ends.collect::<Vec<_>>().join(", ");
+                item
+            })
+            .collect()
+        }
+        (["edges", end @ ("from" | "to")], false) => {
+            let port = usize::from(*end == "to");
+            let kind = member(&place, 0, "type");
+            let wanted = schema
+                .as_ref()
+                .zip(kind)
+                .and_then(|(schema, kind)| Some((schema, schema.relation(kind)?.ports.get(port)?)));
+            let nodes = listed.iter().filter(|(list, _)| *list == "nodes");
+            let nodes = nodes.filter_map(|(_, members)| {
+                let member = |name: &str| members.iter().find(|(key, _)| *key == name);
+                let kind = member("type").map_or("", |(_, kind)| kind);
+                let fits = wanted.is_none_or(|(schema, port)| schema.is_a(kind, &port.entity));
+                let id = member("id").filter(|_| fits)?.1;
+                Some(Item::new(
+                    VALUE,
+                    id,
+                    format!("A node of the type `{kind}`."),
+                ))
+            });
+            nodes.collect()
+        }
+        (["nodes" | "edges", "attributes"], true) => {
+            let all = attributes(schema.as_ref(), member(&place, 1, "type"));
+            let written = place.members.last();
+            let is_free =
+                |name: &str| written.is_none_or(|all| all.iter().all(|(key, _)| *key != name));
+            let all = all.iter().filter(|attribute| is_free(&attribute.name));
+            all.map(|attribute| {
+                let mut item = Item::new(PROPERTY, attribute.name.as_str(), doc(attribute));
+                item.detail = attribute.kind.text();
+                item
+            })
+            .collect()
+        }
+        (["nodes" | "edges", "attributes", name], false) => {
+            let all = attributes(schema.as_ref(), member(&place, 1, "type"));
+            let found = all.iter().find(|attribute| attribute.name == *name);
+            match found.map(|attribute| &attribute.kind) {
+                Some(Kind::Enum(all)) => words(all.iter().map(String::as_str), "A value."),
+                Some(Kind::Bool) if !place.is_string => {
+                    let all = words(["true", "false"], "A value.");
+                    return Some((place.start, all));
                 }
-            }
-            (["nodes" | "edges", "attributes", _, "unit"], false) => units(),
-            _ => Vec::new(),
-        };
-        if !place.is_string {
-            for item in &mut items {
-                item.label = format!("\"{}\"", item.label);
+                _ => Vec::new(),
             }
         }
-        Some((place.start, items))
+        (["nodes" | "edges", "attributes", _, "unit"], false) => units(),
+        _ => Vec::new(),
+    };
+    if !place.is_string {
+        for item in &mut items {
+            item.label = format!("\"{}\"", item.label);
+        }
     }
+    Some((place.start, items))
+}
 
-    /// The schema that a file names, if it can be read.
-    fn schema(&self, target: &Target<'_>, file: &str) -> Option<Schema> {
-        let mut sources = SourceMap::new();
-        let source = sources.add(target.path, target.text);
-        let name = Name::new(file, Span::new(source, 0, 0));
-        let loader = self.files.loader();
-        graph_language::import(&mut sources, &loader, target.path, &name).0
-    }
+/// The schema that a file names, if it can be read.
+fn schema(completion: &Completion<'_>, target: &Target<'_>, file: &str) -> Option<Schema> {
+    let mut sources = SourceMap::new();
+    let source = sources.add(target.path, target.text);
+    let name = Name::new(file, Span::new(source, 0, 0));
+    let loader = completion.files.loader();
+    graph_language::import(&mut sources, &loader, target.path, &name).0
 }
 
 /// Keys that an object does not have.
