@@ -18,6 +18,20 @@ use crate::python::HOOKS;
 use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
+/// Members of the context of every component.
+const CONTEXT: [&str; 10] = [
+    "name",
+    "network",
+    "state",
+    "now",
+    "period",
+    "set_period",
+    "is_stopping",
+    "stop",
+    "seed",
+    "time",
+];
+
 /// Reports names that are not possible or not distinct in C++, and features that workers in C++ do
 /// not have.
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
@@ -43,14 +57,36 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
         }
     }
     let language = component.language.span;
-    if component.simulates_time {
-        refuse(found, language, "a source of the network's time");
-    }
     if component.viewer.is_some() {
         refuse(found, language, "a window of InnerModel");
     }
-    for (file, _) in &component.kinematics {
-        refuse(found, file.span, "solvers of kinematics");
+    let slots = component.slots.iter();
+    let mut fields: Vec<String> = slots.map(|slot| names::snake(&slot.name)).collect();
+    fields.extend(CONTEXT.map(str::to_owned));
+    for (_, robot) in &component.kinematics {
+        let is_module = |module: &rc_idsl::model::Module| module.name.text == robot.text;
+        let is_taken = words::is_namespace(&robot.text)
+            || fields.contains(&robot.text)
+            || component.library.modules.iter().any(is_module);
+        if is_taken {
+            let message = format!(
+                "a robot cannot be called `{}`: C++ or the component has the name already",
+                robot.text
+            );
+            let error = Diagnostic::error("name-collision", robot.span, message);
+            found.push(error.help("write another name after `as`"));
+        }
+        fields.push(robot.text.clone());
+    }
+    for slot in &component.slots {
+        if CONTEXT.contains(&&*names::snake(&slot.name)) {
+            let message = format!(
+                "a slot cannot be called `{}`: the context of C++ has the name already",
+                slot.name
+            );
+            let error = Diagnostic::error("name-collision", slot.span, message);
+            found.push(error.help("name it: `INTERFACE as other`"));
+        }
     }
     if let Some(world) = &component.world {
         let message = "workers in C++ do not have a world yet";

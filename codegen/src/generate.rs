@@ -52,7 +52,8 @@ pub fn interfaces_root(stems: &[&str]) -> Result<String, TemplateError> {
     rust::print::root(&stems)
 }
 
-/// Compares the worker of a component with its description.
+/// Checks what a component has in its language: names and features, and its worker against the
+/// description.
 ///
 /// # Errors
 /// The system does not give a file of the worker.
@@ -61,8 +62,10 @@ pub fn check_worker(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<()> {
-    let language = project.language().unwrap_or(Language::Rust);
-    (generator::of(language).worker)(project, sources, found)
+    // `generate` reports another language.
+    let generator = generator::of(project.language().unwrap_or(Language::Rust));
+    (generator.names)(&project.component, found);
+    (generator.worker)(project, sources, found)
 }
 
 /// All files of a component. `interfaces` is the path from its folder `generated` to the crate

@@ -18,7 +18,7 @@ const MAGIC_TEXT: &str = "\\x02rc-note\\x03\\x1e\\x1f";
 /// The file in `generated/` that contains the note of a component in Rust.
 pub(crate) const RUST_SOURCE: &str = "src/backend.rs";
 /// The files that contain notes, of a component in Rust and of one in C++.
-const SOURCES: [&str; 2] = [RUST_SOURCE, "main.cpp"];
+const SOURCES: [&str; 2] = [RUST_SOURCE, "description.cpp"];
 
 /// The file in the package of a component in Python that describes it.
 pub const DESCRIPTION: &str = "description.json";

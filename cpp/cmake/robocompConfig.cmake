@@ -26,6 +26,12 @@ if(NOT TARGET robocomp::robocomp)
     INTERFACE_LINK_LIBRARIES "${CMAKE_DL_LIBS}")
 endif()
 
+# A sanitizer of the compiler, for all that is compiled from here on; `rcdeploy up --sanitize` sets it.
+if(ROBOCOMP_SANITIZER)
+  add_compile_options(-fsanitize=${ROBOCOMP_SANITIZER} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${ROBOCOMP_SANITIZER})
+endif()
+
 option(ROBOCOMP_TESTS "Build the tests of components" OFF)
 if(ROBOCOMP_TESTS)
   enable_testing()
@@ -35,11 +41,11 @@ endif()
 # ROBOCOMP_PROGRAMS is the folder that it is built into, ROBOCOMP_PROGRAM another name for it;
 # `rcdeploy up --build` sets both.
 function(robocomp_component name program)
-  add_executable(${name} generated/main.cpp)
+  add_executable(${name} generated/main.cpp generated/description.cpp generated/component.cpp)
+  set_source_files_properties(generated/description.cpp PROPERTIES COMPILE_DEFINITIONS
+    "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
   target_include_directories(${name} PRIVATE generated src)
   target_link_libraries(${name} PRIVATE robocomp::robocomp)
-  target_compile_definitions(${name} PRIVATE
-    "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
   set_target_properties(${name} PROPERTIES
     CXX_EXTENSIONS OFF
     ENABLE_EXPORTS ON  # names of functions in the report of a crash
@@ -50,6 +56,16 @@ function(robocomp_component name program)
   if(ROBOCOMP_PROGRAMS)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${ROBOCOMP_PROGRAMS}")
   endif()
+endfunction()
+
+# The clause `kinematics` of the component `name`: its solvers take and return matrices of Eigen.
+function(robocomp_kinematics name)
+  find_package(Eigen3 QUIET NO_MODULE)
+  if(NOT TARGET Eigen3::Eigen)
+    message(FATAL_ERROR
+      "the solvers of `${name}` need Eigen 3; on Debian and Ubuntu: `apt install libeigen3-dev`")
+  endif()
+  target_link_libraries(${name} PRIVATE Eigen3::Eigen)
 endfunction()
 
 # A test of the component `name`, with the sources and libraries that its program has here: a program whose
@@ -68,8 +84,6 @@ function(robocomp_test name)
     add_dependencies(${target} ${name})
     target_include_directories(${target} PRIVATE generated src)
     target_link_libraries(${target} PRIVATE ${libraries})
-    target_compile_definitions(${target} PRIVATE
-      "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
     set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF ENABLE_EXPORTS ON)
     add_test(NAME ${target} COMMAND ${target})
     set_tests_properties(${target} PROPERTIES TIMEOUT 60)

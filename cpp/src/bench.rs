@@ -184,8 +184,18 @@ pub(crate) fn start(guest: Guest, parameters: &[u8]) -> Result<Answer, Answer> {
     let session = session.ok_or_else(|| wrong("the session of the test is in use"))?;
     let is_managed = program.description.managed;
     let made = Component::initialize(program, guest, session, parameters);
-    let mut component = made.map_err(|error| Answer::of_worker(&error))?;
-    adapter::begin(&mut component, is_managed, &ports).map_err(wrong)?;
+    // The test may start another worker with the session.
+    let failed = |answer: Answer, mut session: Option<Session>| {
+        session::swap(&mut session);
+        Err(answer)
+    };
+    let mut component = match made {
+        Ok(component) => component,
+        Err((error, session)) => return failed(Answer::of_worker(&error), session),
+    };
+    if let Err(error) = adapter::begin(&mut component, is_managed, &ports) {
+        return failed(wrong(error), component.end());
+    }
     keep(component)?;
     Ok(Answer::number(0))
 }
@@ -251,8 +261,8 @@ pub(crate) fn act(act: Act, slot: usize, value: i64, text: &str) -> Result<Answe
         })?,
         Act::SetState => set_state(text)?,
         Act::ListMembers => list_members(text)?,
-        Act::Server => open_server(slot, text)?,
-        Act::Subscriber => open_subscriber(slot, text)?,
+        Act::Server => open_fake(slot, text, |bench| server(bench, slot, text))?,
+        Act::Subscriber => open_fake(slot, text, |bench| Ok(subscriber(bench, slot, text)))?,
         Act::AnswerDefaults => answer_defaults(slot, text)?,
         Act::Answer => answer(slot, usize::try_from(value).unwrap_or(usize::MAX), text)?,
         Act::Calls | Act::Samples => {
@@ -362,65 +372,65 @@ fn fake(slot: usize, member: &str) -> Result<Fake, Answer> {
     })
 }
 
-fn check(bench: &Bench, slot: usize) -> Result<(), Answer> {
-    match bench.program.slots.get(slot) {
-        Some(_) => Ok(()),
-        None => Err(wrong("the component has no such slot")),
-    }
-}
-
 fn named(member: &str) -> Option<&str> {
     (!member.is_empty()).then_some(member)
 }
 
-fn open_server(slot: usize, member: &str) -> Result<(), Answer> {
+/// Opens the fake peer of a slot, or of a member of this array, unless it is open.
+fn open_fake(
+    slot: usize,
+    member: &str,
+    fake: impl FnOnce(&Bench) -> Result<Fake, Answer>,
+) -> Result<(), Answer> {
     with(|bench| {
-        check(bench, slot)?;
+        if bench.program.slots.get(slot).is_none() {
+            return Err(wrong("the component has no such slot"));
+        }
         let key = (slot, member.to_owned());
-        if bench.fakes.contains_key(&key) {
-            return Ok(());
+        if !bench.fakes.contains_key(&key) {
+            let fake = fake(bench)?;
+            bench.fakes.insert(key, fake);
         }
-        let program = Arc::clone(&bench.program);
-        let reader = move |request: &mut Request<'_>| {
-            let mut operations = program.slots[slot].operations.iter().enumerate();
-            let found = operations.find(|(_, operation)| operation.wire.id == request.operation);
-            let Some((at, operation)) = found else {
-                return Err(testing::unknown(request));
-            };
-            let value = request.arguments(&operation.wire, |reader| {
-                read(&operation.request, reader).map_err(undecodable)
-            })?;
-            Ok((at, value))
-        };
-        let server = FakeServer::reading(&bench.bed, slot, named(member), reader);
-        // An operation without a result needs no answer.
-        for operation in &bench.program.slots[slot].operations {
-            if operation.wire.two_way && operation.reply.members.is_empty() {
-                answer_default(&server, operation).map_err(wrong)?;
-            }
-        }
-        bench.fakes.insert(key, Fake::Server(server));
         Ok(())
     })
 }
 
-fn open_subscriber(slot: usize, member: &str) -> Result<(), Answer> {
-    with(|bench| {
-        check(bench, slot)?;
-        let key = (slot, member.to_owned());
-        if bench.fakes.contains_key(&key) {
-            return Ok(());
-        }
-        let program = Arc::clone(&bench.program);
-        let reader = move |at: usize, reader: &mut Reader<'_>| {
-            let operation = &program.slots[slot].operations[at];
-            let value = read(&operation.request, reader).map_err(undecodable)?;
-            Ok((at, value))
+fn server(bench: &Bench, slot: usize, member: &str) -> Result<Fake, Answer> {
+    let program = Arc::clone(&bench.program);
+    let reader = move |request: &mut Request<'_>| {
+        let mut operations = program.slots[slot].operations.iter().enumerate();
+        let found = operations.find(|(_, operation)| operation.wire.id == request.operation);
+        let Some((at, operation)) = found else {
+            return Err(testing::unknown(request));
         };
-        let subscriber = FakeSubscriber::reading(&bench.bed, slot, named(member), reader);
-        bench.fakes.insert(key, Fake::Subscriber(subscriber));
-        Ok(())
-    })
+        let value = request.arguments(&operation.wire, |reader| {
+            read(&operation.request, reader).map_err(undecodable)
+        })?;
+        Ok((at, value))
+    };
+    let server = FakeServer::reading(&bench.bed, slot, named(member), reader);
+    // An operation without a result needs no answer.
+    for operation in &bench.program.slots[slot].operations {
+        if operation.wire.two_way && operation.reply.members.is_empty() {
+            answer_default(&server, operation).map_err(wrong)?;
+        }
+    }
+    Ok(Fake::Server(server))
+}
+
+fn subscriber(bench: &Bench, slot: usize, member: &str) -> Fake {
+    let program = Arc::clone(&bench.program);
+    let reader = move |at: usize, reader: &mut Reader<'_>| {
+        let operation = &program.slots[slot].operations[at];
+        let value = read(&operation.request, reader).map_err(undecodable)?;
+        Ok((at, value))
+    };
+    Fake::Subscriber(FakeSubscriber::reading(
+        &bench.bed,
+        slot,
+        named(member),
+        reader,
+    ))
 }
 
 /// Answers the queries of a fake server that have no answer yet with default values.

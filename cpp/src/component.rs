@@ -65,17 +65,21 @@ impl Component {
         let is_managed = program.description.managed;
         let session = open(&program, core, ports)?;
         let body = parameters::encode(schema(&program).as_ref(), values);
-        let component = Self::initialize(program, guest, session, &body)?;
+        let component = Self::initialize(program, guest, session, &body);
+        let component = component.map_err(|failed| failed.0)?;
         Adapter::new(component, is_managed, ports)
     }
 
     /// Makes the worker with encoded values of its parameters, and initializes it.
+    ///
+    /// # Errors
+    /// That of the worker, with the session that it used.
     pub(crate) fn initialize(
         program: Arc<Program>,
         guest: Guest,
         session: Session,
         parameters: &[u8],
-    ) -> Result<Self, WorkerError> {
+    ) -> Result<Self, (WorkerError, Option<Session>)> {
         let mut component = Self {
             schema: schema(&program),
             session: Some(session),
@@ -87,9 +91,17 @@ impl Component {
             body: parameters,
             ..Call::of(Function::Initialize)
         });
-        // Its drop ends worker and session.
-        made.outcome().unwrap_or(Ok(()))?;
-        Ok(component)
+        match made.outcome() {
+            Some(Err(error)) => Err((error, component.end())),
+            _ => Ok(component),
+        }
+    }
+
+    /// Ends the worker. Returns its session.
+    pub(crate) fn end(mut self) -> Option<Session> {
+        self.run(&Call::of(Function::End));
+        drop_abandoned();
+        self.session.take()
     }
 
     /// Its session, between two functions of the worker.

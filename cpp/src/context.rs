@@ -9,6 +9,7 @@ use crate::status::{
 use rc_host::link::{self, Reading};
 use rc_host::{Aligned, HostError, Lent, Number, Operation, Program, session};
 use rc_middleware::{CallError, EncodeError, Encoding, Freshness, Made, Writer};
+use rc_runtime::{Order, Time};
 use rc_values::{Struct, ValueError, check_image, decode, decode_image, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -268,14 +269,20 @@ pub(crate) fn get(what: Get, number: usize) -> Result<Answer, Answer> {
         }
         Get::Listed => match session::with(|session| session.listed(number))? {
             None => Answer::number(-1),
-            Some(names) => {
-                let mut writer = Writer::default();
-                writer.length(names.len());
-                names.iter().for_each(|name| writer.put(name));
-                Answer::new(DONE, 0, writer.into_bytes())
-            }
+            Some(all) => names(&all),
         },
+        Get::TimeIsActive => Answer::number(session::with_time(|time| time.is_active())?.into()),
+        Get::TimeTick => Answer::number(session::with_time(|time| time.tick())?.cast_signed()),
+        Get::TimeMissing => names(&session::with_time(|time| time.missing())?),
+        Get::TimeFollowers => names(&session::with_time(|time| time.followers())?),
     })
+}
+
+fn names(all: &[String]) -> Answer {
+    let mut writer = Writer::default();
+    writer.length(all.len());
+    all.iter().for_each(|name| writer.put(name));
+    Answer::new(DONE, 0, writer.into_bytes())
 }
 
 /// Changes something of the component.
@@ -299,6 +306,31 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
             let member = session::with(|session| session.open_member(number, text))?;
             return Ok(Answer::number(
                 i64::try_from(member.slot()).unwrap_or(i64::MAX),
+            ));
+        }
+        Set::TimeAdvance => {
+            let tick = session::with_time(|time| time.advance(duration(value)))??;
+            return Ok(Answer::number(tick.cast_signed()));
+        }
+        Set::TimeSet => {
+            let to = Time::from_nanos(u64::try_from(value).unwrap_or(0));
+            let tick = session::with_time(|time| time.set(to))??;
+            return Ok(Answer::number(tick.cast_signed()));
+        }
+        Set::TimeWait if value < 0 => session::with_time(|time| time.wait_for_nobody())?,
+        Set::TimeWait => session::with_time(|time| time.wait_for_all(duration(value)))?,
+        Set::TimeOrder => {
+            let order = if value == 0 {
+                Order::AtOnce
+            } else {
+                Order::InTurn
+            };
+            session::with_time(|time| time.set_order(order))?;
+        }
+        Set::TimePace => session::with_time(|time| time.set_paced(value != 0))?,
+        Set::TimeRelease => {
+            return Ok(Answer::number(
+                session::with_time(|time| time.release(text))?.into(),
             ));
         }
     }
@@ -333,10 +365,15 @@ pub(crate) enum Get {
     Freshness,
     /// The members of a slot array that the network lists, or the number -1.
     Listed,
+    /// Of the source of the network's time.
+    TimeIsActive,
+    TimeTick,
+    TimeMissing,
+    TimeFollowers,
 }
 
 impl Get {
-    pub(crate) const ALL: [Self; 13] = [
+    pub(crate) const ALL: [Self; 17] = [
         Self::Name,
         Self::Network,
         Self::State,
@@ -350,6 +387,10 @@ impl Get {
         Self::HasEnded,
         Self::Freshness,
         Self::Listed,
+        Self::TimeIsActive,
+        Self::TimeTick,
+        Self::TimeMissing,
+        Self::TimeFollowers,
     ];
 }
 
@@ -362,14 +403,29 @@ pub(crate) enum Set {
     Fire,
     /// Opens a member of a slot array. The answer has the number of its slot.
     Open,
+    /// Of the source of the network's time. The answers of the first two have the number of the tick.
+    TimeAdvance,
+    TimeSet,
+    /// For all followers, so many nanoseconds; for nobody, if it is negative.
+    TimeWait,
+    TimeOrder,
+    TimePace,
+    /// Waits no more for a follower.
+    TimeRelease,
 }
 
 impl Set {
-    pub(crate) const ALL: [Self; 5] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::Period,
         Self::Timeout,
         Self::Stop,
         Self::Fire,
         Self::Open,
+        Self::TimeAdvance,
+        Self::TimeSet,
+        Self::TimeWait,
+        Self::TimeOrder,
+        Self::TimePace,
+        Self::TimeRelease,
     ];
 }

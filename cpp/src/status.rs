@@ -2,7 +2,7 @@
 
 use rc_host::HostError;
 use rc_middleware::{CallError, SendError};
-use rc_runtime::WorkerError;
+use rc_runtime::{TimeError, WorkerError};
 
 pub(crate) const DONE: i32 = 0;
 /// An exception that the operation declares; `number` is its hash.
@@ -25,6 +25,8 @@ const NO_VALUE: i32 = 23;
 const TOO_MANY_STARTED: i32 = 24;
 /// A started call has no result that can be taken.
 pub(crate) const NOT_ENDED: i32 = 25;
+/// The time of the network did not advance.
+const NOT_ADVANCED: i32 = 26;
 pub(crate) const WRONG_THREAD: i32 = 30;
 /// A panic, or a number that the description does not have.
 pub(crate) const INTERNAL: i32 = 31;
@@ -99,6 +101,12 @@ impl From<HostError> for Answer {
             _ => INTERNAL,
         };
         Self::new(status, 0, error.to_string())
+    }
+}
+
+impl From<TimeError> for Answer {
+    fn from(error: TimeError) -> Self {
+        Self::new(NOT_ADVANCED, 0, error.to_string())
     }
 }
 

@@ -5,6 +5,7 @@ use super::machine::{self, Machine};
 use super::names;
 use super::parameters::{self, Parameters};
 use crate::collisions;
+use crate::kinematics::Kinematics;
 use crate::view;
 use rc_vocabulary::Role;
 use serde::Serialize;
@@ -21,6 +22,9 @@ pub(crate) struct Component<'a> {
     /// The note, as the content of a text.
     note: &'a str,
     managed: bool,
+    simulates_time: bool,
+    /// The solvers of robots, each in a header with a namespace of its name.
+    pub(crate) kinematics: Vec<Kinematics<'a>>,
     pub(crate) headers: Vec<Header>,
     slots: Vec<Slot>,
     handlers: Vec<Handler>,
@@ -331,6 +335,12 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         package: crate::names::package(&view.name),
         note: &view.note,
         managed: view.managed,
+        simulates_time: view.simulates_time,
+        kinematics: view
+            .kinematics
+            .iter()
+            .map(|robot| Kinematics::of(robot, robot.name.clone(), &robot.cpp))
+            .collect(),
         headers: library::of(view),
         slots: kept.collect(),
         handlers,

@@ -9,6 +9,11 @@ use rc_syntax::Name;
 /// Namespaces of C++, of the framework and of Ice.
 const NAMESPACES: [&str; 5] = ["abi", "Ice", "rc", "robocomp", "std"];
 
+/// Whether no namespace of a component can have this name.
+pub(super) fn is_namespace(name: &str) -> bool {
+    NAMESPACES.contains(&name) || names::is_word(name)
+}
+
 /// Reports them.
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     let library = &component.library;
@@ -44,8 +49,7 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     }
     for module in &library.modules {
         let name = &module.name;
-        let is_taken = NAMESPACES.contains(&name.text.as_str()) || names::is_word(&name.text);
-        if is_taken {
+        if is_namespace(&name.text) {
             let message = format!(
                 "C++ cannot have a module `{}`: the word is taken",
                 name.text

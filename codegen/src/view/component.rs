@@ -104,6 +104,9 @@ pub struct Kinematics {
     /// The functions in Python, as a module.
     #[serde(skip)]
     pub python: String,
+    /// The functions in C++, as a header with a namespace of this name.
+    #[serde(skip)]
+    pub cpp: String,
 }
 
 impl Kinematics {
@@ -117,6 +120,10 @@ impl Kinematics {
             solvers: solvers.chain(inverses).cloned().collect(),
             rust: rc_kinematics::rust_methods(cell),
             python: rc_kinematics::python(cell),
+            cpp: rc_kinematics::cpp(&Cell {
+                name: name.text.clone(),
+                ..cell.clone()
+            }),
         }
     }
 }

@@ -67,43 +67,6 @@ class GenericWorker : public rc::Worker {
   virtual void during_low() { rc_not_written(); }
 
  protected:
-  void rc_set_parameters(rc::detail::Reader& reader) final { reader.get(params); }
-  const std::vector<rc::detail::Entry>& rc_functions() const final {
-    static const std::vector<rc::detail::Entry> all{
-        {RC_ENTRY, 1, 0, rc::hook(&GenericWorker::entry_on)},
-        {RC_EXIT, 1, 0, rc::hook(&GenericWorker::exit_on)},
-        {RC_DURING, 1, 0, rc::hook(&GenericWorker::during_on)},
-        {RC_ENTRY, 2, 0, rc::hook(&GenericWorker::entry_motion)},
-        {RC_EXIT, 2, 0, rc::hook(&GenericWorker::exit_motion)},
-        {RC_DURING, 2, 0, rc::hook(&GenericWorker::during_motion)},
-        {RC_ENTRY, 3, 0, rc::hook(&GenericWorker::entry_idle)},
-        {RC_EXIT, 3, 0, rc::hook(&GenericWorker::exit_idle)},
-        {RC_DURING, 3, 0, rc::hook(&GenericWorker::during_idle)},
-        {RC_ENTRY, 4, 0, rc::hook(&GenericWorker::entry_charging)},
-        {RC_EXIT, 4, 0, rc::hook(&GenericWorker::exit_charging)},
-        {RC_DURING, 4, 0, rc::hook(&GenericWorker::during_charging)},
-        {RC_ENTRY, 5, 0, rc::hook(&GenericWorker::entry_driving)},
-        {RC_EXIT, 5, 0, rc::hook(&GenericWorker::exit_driving)},
-        {RC_DURING, 5, 0, rc::hook(&GenericWorker::during_driving)},
-        {RC_ENTRY, 6, 0, rc::hook(&GenericWorker::entry_cruising)},
-        {RC_EXIT, 6, 0, rc::hook(&GenericWorker::exit_cruising)},
-        {RC_DURING, 6, 0, rc::hook(&GenericWorker::during_cruising)},
-        {RC_ENTRY, 7, 0, rc::hook(&GenericWorker::entry_turning)},
-        {RC_EXIT, 7, 0, rc::hook(&GenericWorker::exit_turning)},
-        {RC_DURING, 7, 0, rc::hook(&GenericWorker::during_turning)},
-        {RC_ENTRY, 8, 0, rc::hook(&GenericWorker::entry_blocked)},
-        {RC_EXIT, 8, 0, rc::hook(&GenericWorker::exit_blocked)},
-        {RC_DURING, 8, 0, rc::hook(&GenericWorker::during_blocked)},
-        {RC_ENTRY, 9, 0, rc::hook(&GenericWorker::entry_battery)},
-        {RC_EXIT, 9, 0, rc::hook(&GenericWorker::exit_battery)},
-        {RC_DURING, 9, 0, rc::hook(&GenericWorker::during_battery)},
-        {RC_ENTRY, 10, 0, rc::hook(&GenericWorker::entry_charged)},
-        {RC_EXIT, 10, 0, rc::hook(&GenericWorker::exit_charged)},
-        {RC_DURING, 10, 0, rc::hook(&GenericWorker::during_charged)},
-        {RC_ENTRY, 11, 0, rc::hook(&GenericWorker::entry_low)},
-        {RC_EXIT, 11, 0, rc::hook(&GenericWorker::exit_low)},
-        {RC_DURING, 11, 0, rc::hook(&GenericWorker::during_low)},
-    };
-    return all;
-  }
+  void rc_set_parameters(rc::detail::Reader& reader) final;
+  const std::vector<rc::detail::Entry>& rc_functions() const final;
 };

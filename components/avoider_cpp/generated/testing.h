@@ -46,7 +46,7 @@ class FakeBatteryStatusServer : public rc::FakeServer {
 /// The peers, the clock and the state of a worker under test.
 class TestContext : public rc::TestContext<Params> {
  public:
-  TestContext() : rc::TestContext<Params>(rc_description, ROBOCOMP_COMPONENT_FOLDER) {}
+  TestContext() : rc::TestContext<Params>(rc_description, rc_folder) {}
   FakeLaserServer laser{*this, 0};
   FakeDifferentialRobotServer differential_robot{*this, 1};
   FakeBatteryStatusServer battery_status{*this, 2};

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RC_ABI_VERSION 3
+#define RC_ABI_VERSION 4
 #define RC_RELEASE "0.1.0"
 
 /* Bytes of the caller, or of the callee until its next call on the same thread. */
@@ -41,6 +41,7 @@ enum rc_status {
   RC_NO_VALUE = 23,
   RC_TOO_MANY_STARTED = 24,
   RC_NOT_ENDED = 25, /* a started call has no result that can be taken */
+  RC_NOT_ADVANCED = 26, /* the time of the network */
   RC_WRONG_THREAD = 30,
   RC_INTERNAL = 31,
   RC_NO_MEMBER = 32,
@@ -87,14 +88,31 @@ enum rc_get_what {
   RC_IS_IN,
   RC_HAS_ENDED,
   RC_FRESHNESS, /* an age, or -1 */
-  RC_LISTED     /* members of a slot array as a sequence of texts, or -1 */
+  RC_LISTED,    /* members of a slot array as a sequence of texts, or -1 */
+  /* Of the source of the network's time. */
+  RC_TIME_IS_ACTIVE,
+  RC_TIME_TICK,
+  RC_TIME_MISSING,  /* a sequence of texts */
+  RC_TIME_FOLLOWERS /* likewise */
 };
 
 /* An age in a number: nanoseconds times 8, plus twice the label, plus 1 if it is fresh. The labels
  * are 0 computed, 1 partly cached, 2 cached. */
 
-/* RC_OPEN opens a member of a slot array, and answers the number of its slot. */
-enum rc_set_what { RC_SET_PERIOD, RC_SET_CALL_TIMEOUT, RC_STOP, RC_FIRE, RC_OPEN };
+enum rc_set_what {
+  RC_SET_PERIOD,
+  RC_SET_CALL_TIMEOUT,
+  RC_STOP,
+  RC_FIRE,
+  RC_OPEN, /* a member of a slot array; answers the number of its slot */
+  /* Of the source of the network's time. The first two answer the number of the tick. */
+  RC_TIME_ADVANCE,
+  RC_TIME_SET,
+  RC_TIME_WAIT,    /* for all followers, so many nanoseconds; -1: for nobody */
+  RC_TIME_ORDER,   /* 1: in turn */
+  RC_TIME_PACE,    /* 1: by the period */
+  RC_TIME_RELEASE  /* a follower; answers 1 if there is one */
+};
 
 /* A call of a function of the worker. `first` and `second` are slot and operation, or the number of
  * a state, a guard or an action. `name` is a transition, or a member of a slot array, whose number is

@@ -87,6 +87,9 @@ class NotSent final : public CallError { using CallError::CallError; };
 // The context was used on another thread than the worker's.
 class WrongThread final : public Ice::Exception { using Ice::Exception::Exception; };
 
+// The time of the network did not advance.
+class TimeError final : public Ice::Exception { using Ice::Exception::Exception; };
+
 // A member of a slot array was not opened, or is none.
 class MemberError final : public Ice::Exception { using Ice::Exception::Exception; };
 // A view or a loan was used after it was moved from, dropped or sent.
@@ -125,6 +128,7 @@ inline std::exception_ptr failure(const rc_answer& answer) {
     case RC_STALE:
       return std::make_exception_ptr(Stale(reason, std::chrono::nanoseconds(answer.number)));
     case RC_TOO_MANY_STARTED: return std::make_exception_ptr(TooManyStarted(reason));
+    case RC_NOT_ADVANCED: return std::make_exception_ptr(TimeError(reason));
     case RC_NO_MEMBER: return std::make_exception_ptr(MemberError(reason));
     case RC_STOPPING: return std::make_exception_ptr(Stopping(reason));
     case RC_INVALID_ARGUMENT: return std::make_exception_ptr(InvalidArgument(reason));

@@ -92,8 +92,34 @@ inline void crashed(int signal) {
   std::raise(signal);
 }
 
+// Whether a function of the worker runs on this thread.
+inline thread_local bool is_in_worker = false;
+
+// Marks a function of the worker while it runs.
+class InWorker {
+ public:
+  InWorker() : was_(std::exchange(is_in_worker, true)) {}
+  InWorker(const InWorker&) = delete;
+  InWorker& operator=(const InWorker&) = delete;
+  ~InWorker() { is_in_worker = was_; }
+
+ private:
+  bool was_;
+};
+
+// Reports that the worker has called `exit`. Then the process ends at once: the runtime's threads still use what
+// destructors would end.
+inline void exited(int code, void*) {
+  if (!is_in_worker) return;
+  std::fprintf(stderr, "error: the worker called exit, which ends the process; ctx.stop() ends a component in order\n");
+  print_stack();
+  std::fflush(nullptr);
+  std::_Exit(code);
+}
+
 // Reports crashes from now on.
 inline void report_crashes() {
+  on_exit(exited, nullptr);
   std::set_terminate(terminated);
   // Loads the libraries that a report needs.
   std::array<void*, 1> frame{};
@@ -141,6 +167,7 @@ class Program {
   // Runs a function of the worker; every exception is an outcome.
   static rc_answer call(void* object, const rc_call* raw) noexcept {
     auto& self = *static_cast<Program*>(object);
+    const detail::InWorker marked;
     // A started call is the worker's.
     const std::uint64_t held = raw->function == RC_HANDLE ? raw->held : 0;
     self.call_ = std::make_unique<detail::Call>(detail::Call{

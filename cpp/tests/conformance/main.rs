@@ -26,26 +26,64 @@ fn conforms(over: Over) -> bool {
     is_built
 }
 
-/// A worker that crashes says where, and its callers hear of it.
-fn a_crash_names_its_function(over: Over) {
+/// A worker that ends its process says where, and its callers hear of it.
+fn an_end_of_the_process_names_its_function(over: Over) {
     const CRASHES: i32 = 12;
-    let package = package::package("every_type", over).expect("it was built before");
-    let mut other = OtherEnd::start(Network::new("cpp", over), package);
-    let backend = other.network.join("crash");
-    let answer = rc_other_end::client(&other, &*backend).fail(CRASHES);
-    assert!(
-        matches!(answer, Err(FailError::Call(CallError::ServerDied(_)))),
-        "{answer:?}"
-    );
-    drop(backend);
-    other.kill();
-    let said = other.said();
-    for part in [
-        "the worker crashed: Segmentation fault",
-        "SpecificWorker::Types_fail(int)",
+    const THROWS_IN_A_DESTRUCTOR: i32 = 13;
+    const EXITS: i32 = 14;
+    let place = "SpecificWorker::Types_fail(int)";
+    for (which, code, parts) in [
+        (
+            CRASHES,
+            None,
+            ["the worker crashed: Segmentation fault", place],
+        ),
+        (
+            THROWS_IN_A_DESTRUCTOR,
+            None,
+            ["std::runtime_error: at the end of an object", place],
+        ),
+        (
+            EXITS,
+            Some(7),
+            ["the worker called exit, which ends the process", place],
+        ),
     ] {
-        assert!(said.contains(part), "{said}");
+        let package = package::package("every_type", over).expect("it was built before");
+        let mut other = OtherEnd::start(Network::new("cpp", over), package);
+        let backend = other.network.join("crash");
+        let answer = rc_other_end::client(&other, &*backend).fail(which);
+        assert!(
+            matches!(answer, Err(FailError::Call(CallError::ServerDied(_)))),
+            "{answer:?}"
+        );
+        drop(backend);
+        assert_eq!(other.end(), code);
+        let said = other.said();
+        for part in parts {
+            assert!(said.contains(part), "{said}");
+        }
     }
+}
+
+/// An older C++ is refused with what is needed.
+#[test]
+fn an_older_cpp_is_refused_with_what_is_needed() {
+    let test = "an_older_cpp_is_refused_with_what_is_needed";
+    let headers = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
+    let compiler = Command::new("c++")
+        .args(["-std=c++14", "-fsyntax-only", "-x", "c++"])
+        .arg(headers.join("robocomp/errors.h"))
+        .arg("-I")
+        .arg(&headers)
+        .output();
+    let Ok(compiler) = compiler else {
+        return rc_test_support::python::skipped(test, "there is no compiler of C++ in the path");
+    };
+    let said = String::from_utf8_lossy(&compiler.stderr);
+    assert!(!compiler.status.success(), "{said}");
+    let needed = "robocomp needs C++17: g++ 8, clang++ 7 or later";
+    assert!(said.contains(needed), "{said}");
 }
 
 /// The component calls the members of its own slot array. Those calls end after the handler that starts
@@ -163,7 +201,7 @@ fn a_component_in_cpp_conforms_over_iceoryx2() {
         package::ctest("every_type");
         // A sanitizer reports crashes itself.
         if package::sanitizer().is_none() {
-            a_crash_names_its_function(Over::iceoryx2());
+            an_end_of_the_process_names_its_function(Over::iceoryx2());
         }
     }
 }

@@ -75,11 +75,7 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     };
     let build = folder.join("build");
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("cmake");
-    let mut flags = "-Wall -Wextra -Wpedantic -Werror".to_owned();
-    if let Some(sanitizer) = sanitizer() {
-        flags +=
-            &format!(" -fsanitize={sanitizer} -fno-sanitize-recover=all -fno-omit-frame-pointer");
-    }
+    let flags = "-Wall -Wextra -Wpedantic -Werror";
     run(&[
         "-S".as_ref(),
         folder.as_os_str(),
@@ -87,7 +83,11 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
         build.as_os_str(),
         &set("robocomp_DIR", &config),
         &set("ROBOCOMP_LIBRARY", &native()),
-        &set("CMAKE_CXX_FLAGS", Path::new(&flags)),
+        &set("CMAKE_CXX_FLAGS", Path::new(flags)),
+        &set(
+            "ROBOCOMP_SANITIZER",
+            Path::new(&sanitizer().unwrap_or_default()),
+        ),
         &set("ROBOCOMP_TESTS", Path::new("ON")),
     ]);
     // The linker must not write into a program that runs, which is the same file.
@@ -100,9 +100,9 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
         "--target".as_ref(),
         name.as_ref(),
     ]);
-    let header = folder.join("generated/description.h");
-    let header = std::fs::read_to_string(header).expect("a header");
-    let description = header.split("R\"rc_json(").nth(1).expect("a description");
+    let source = folder.join("generated/description.cpp");
+    let source = std::fs::read_to_string(source).expect("a source");
+    let description = source.split("R\"rc_json(").nth(1).expect("a description");
     let description = description.split(")rc_json\"").next().expect("its end");
     let mut description: Value = serde_json::from_str(description).expect("JSON");
     let program = build.join(format!("{name}_{}", over.name()));

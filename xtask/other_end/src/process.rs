@@ -5,6 +5,10 @@ use serde_json::Value;
 use std::fs::File;
 use std::io::{Read as _, Seek as _};
 use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+/// The longest time until a component ends by itself.
+const LONGEST_END: Duration = Duration::from_secs(10);
 
 /// The component, generated for one middleware and built.
 #[derive(Debug)]
@@ -68,6 +72,21 @@ impl OtherEnd {
     pub fn kill(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
+    }
+
+    /// Waits until it ends by itself. Returns its exit code; none after a signal.
+    ///
+    /// # Panics
+    /// It does not end within 10 s.
+    pub fn end(&mut self) -> Option<i32> {
+        let begun = Instant::now();
+        loop {
+            if let Some(status) = self.process.try_wait().expect("a child") {
+                return status.code();
+            }
+            assert!(begun.elapsed() < LONGEST_END, "it does not end");
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
 
     /// The memory of the component that is in use, in bytes.

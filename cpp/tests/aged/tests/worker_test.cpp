@@ -30,8 +30,14 @@ class Speaker final : public PatternWorker {
   void view(rc::Fresh<RoboCompLaser::TLaserData>,
             rc::Fresh<RoboCompFullPoseEstimation::FullPoseEuler>) override {}
 
+  void initialize() override {
+    if (is_broken) throw std::domain_error("no loudspeaker");
+  }
+
+  static bool is_broken;
   float level = 0;
 };
+bool Speaker::is_broken = true;
 
 }  // namespace
 
@@ -44,6 +50,13 @@ int main() {
     RoboCompBatteryStatus::TBattery battery;
     battery.percentage = 40;
     test.other.on_get_battery_state([=] { return battery; });
+    // A worker that did not start leaves the test as it was.
+    try {
+      test.start<Speaker>();
+      RC_CHECK(false);
+    } catch (const std::domain_error&) {
+      Speaker::is_broken = false;
+    }
     auto& worker = test.start<Speaker>();
     test.run(worker.ctx.period());
     RC_CHECK(test.speech.say_calls().empty() && worker.level == 40);

@@ -14,6 +14,13 @@ constexpr std::int32_t SLOW = 5;
 constexpr std::int32_t FOREIGN = 10;
 constexpr std::int32_t THREAD = 11;
 constexpr std::int32_t CRASH = 12;
+constexpr std::int32_t DESTRUCTOR = 13;
+constexpr std::int32_t EXIT = 14;
+
+void fails() { throw std::runtime_error("at the end of an object"); }
+struct ThrowsAtItsEnd {
+  ~ThrowsAtItsEnd() { fails(); }
+};
 // A note that lets the component call itself.
 constexpr std::int32_t ASK = 1000;
 
@@ -105,6 +112,11 @@ void SpecificWorker::Types_fail(std::int32_t which) {
       *nowhere = 1;
       return;
     }
+    case DESTRUCTOR: {
+      const ThrowsAtItsEnd guard;
+      return;
+    }
+    case EXIT: std::exit(7);
     default: throw std::runtime_error("unexpected");
   }
 }
