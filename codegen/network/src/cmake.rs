@@ -1,15 +1,16 @@
 //! Programs of components in C++: `up --build` builds the library of the framework once for a
 //! workspace, and each component by cmake. The build folder is `build` in the folder of the
-//! component, where editors find `compile_commands.json`; that of a variant is in the target
-//! folder.
+//! component, where editors find `compile_commands.json`; that of a variant, or with a sanitizer, is in
+//! the target folder.
 
 use crate::error::{Error, cannot};
 use crate::launcher;
 use crate::profile::Profile;
+use crate::programs::Built;
+use crate::sanitizer::Sanitizer;
 use crate::variant;
 use crate::workspaces::Target;
-use rc_codegen::{Project, names};
-use rc_vocabulary::Middlewares;
+use rc_codegen::names;
 use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -73,13 +74,13 @@ pub(crate) fn check() -> Result<(), Error> {
 
 /// The build of a component of the workspace `root`, whose program is `path`.
 pub(crate) fn of(
-    project: &Project,
+    built: &Built<'_>,
     root: &Path,
     target: &Target,
     profile: Profile,
-    variant: Option<Middlewares>,
     path: &Path,
 ) -> Result<Program, Error> {
+    let project = built.project;
     let absolute = |path: &Path| rc_codegen::paths::absolute(path);
     let name = &project.component.name.text;
     let Some(framework) = launcher::framework(root)? else {
@@ -93,10 +94,18 @@ pub(crate) fn of(
     let folders = folders.join("rc").join(FOLDER);
     let package = names::package(name);
     let (mut folder, mut staged) = (own.clone(), None);
-    if let Some(middleware) = variant {
-        folder = folders.join(middleware.to_string()).join(&package);
+    if let Some(middleware) = built.variant {
+        // One folder for all: only their descriptions differ, so each compiles little after the first.
+        folder = folders.join("variants").join(&package);
         staged = Some((folder.clone(), launcher::printed(project, middleware)?, own));
     }
+    let build = match built.sanitizer {
+        None => folder.join("build"),
+        Some(sanitizer) => {
+            let name = if staged.is_some() { "variants" } else { "own" };
+            folders.join(sanitizer.word()).join(name).join(&package)
+        }
+    };
     let framework = absolute(&framework).map_err(cannot("find the framework"))?;
     let programs = absolute(&target.programs(profile));
     let programs = programs.map_err(cannot("find the target folder"))?;
@@ -111,7 +120,7 @@ pub(crate) fn of(
     };
     Ok(Program {
         component: name.clone(),
-        build: folder.join("build"),
+        build,
         folder,
         arguments: vec![
             set("CMAKE_BUILD_TYPE", Path::new(kind)),
@@ -122,6 +131,10 @@ pub(crate) fn of(
             set(
                 "ROBOCOMP_PROGRAM",
                 Path::new(path.file_name().unwrap_or_default()),
+            ),
+            set(
+                "ROBOCOMP_SANITIZER",
+                Path::new(built.sanitizer.map_or("", Sanitizer::word)),
             ),
         ],
         staged,

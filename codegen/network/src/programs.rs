@@ -14,6 +14,7 @@ use crate::launcher::{self, Places};
 use crate::plan::Environment;
 use crate::profile::Profile;
 use crate::python_copies::{self, HostFiles};
+use crate::sanitizer::Sanitizer;
 use crate::shared_process::{self, Member};
 use crate::variant;
 use crate::workspaces::Workspaces;
@@ -23,6 +24,7 @@ use rc_codegen::{Project, copied, names};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_vocabulary::{Language, Middleware, Middlewares};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::io;
@@ -45,6 +47,8 @@ pub struct Programs {
     /// The middlewares for which each instance is a variant. `None` if its program is built from
     /// its folder, or is named.
     variants: Vec<Option<Middlewares>>,
+    /// The instances whose programs are built with a sanitizer.
+    sanitized: RefCell<BTreeMap<usize, Sanitizer>>,
     workspaces: Workspaces,
 }
 
@@ -56,6 +60,7 @@ pub(crate) struct Built<'n> {
     pub(crate) needed: Middlewares,
     /// The middlewares of its variant, if its program is one.
     pub(crate) variant: Option<Middlewares>,
+    pub(crate) sanitizer: Option<Sanitizer>,
 }
 
 /// Whether a program with this note has the middlewares that an instance needs.
@@ -166,6 +171,22 @@ fn package(project: &Project) -> String {
     }
 }
 
+/// The name of the program of a component that has a process of its own.
+fn program(
+    project: &Project,
+    variant: Option<Middlewares>,
+    sanitizer: Option<Sanitizer>,
+) -> String {
+    let package = package(project);
+    let mut program = variant.map_or(package.clone(), |middleware| {
+        variant::program(&package, middleware)
+    });
+    if let Some(sanitizer) = sanitizer {
+        let _ = write!(program, "-{}", sanitizer.word());
+    }
+    program
+}
+
 /// The hash of a component's model as in notes.
 fn hash(project: &Project) -> String {
     format!("{:016x}", project.hash)
@@ -239,6 +260,7 @@ impl Programs {
             path: path.to_path_buf(),
             needed: Vec::new(),
             variants: Vec::new(),
+            sanitized: RefCell::default(),
             deployment,
             declared,
             middleware,
@@ -328,11 +350,9 @@ impl Programs {
         let Some(project) = self.project(at) else {
             return Ok(None);
         };
-        let package = package(project);
-        let program = match (&instance.process, self.variants[at]) {
-            (Some(process), _) => self.shared_program(&process.text),
-            (None, Some(middleware)) => variant::program(&package, middleware),
-            (None, None) => package,
+        let program = match &instance.process {
+            Some(process) => self.shared_program(&process.text),
+            None => program(project, self.variants[at], self.sanitizer(at)),
         };
         let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
@@ -366,15 +386,39 @@ impl Programs {
     pub(crate) fn built(&self) -> impl Iterator<Item = Built<'_>> {
         let instances = self.deployment.instances.iter().zip(&self.declared);
         let chosen = self.needed.iter().zip(&self.variants);
-        let all = instances.zip(chosen);
-        all.filter_map(|((instance, project), (needed, variant))| {
+        let all = instances.zip(chosen).enumerate();
+        all.filter_map(|(at, ((instance, project), (needed, variant)))| {
             Some(Built {
                 instance,
                 project: built(instance, project.as_ref())?,
                 needed: *needed,
                 variant: *variant,
+                sanitizer: self.sanitizer(at),
             })
         })
+    }
+
+    /// Builds the program of an instance with a sanitizer from now on.
+    ///
+    /// # Errors
+    /// The program is not of a component in C++ that is built; the text says why.
+    pub fn sanitize(&self, at: usize, sanitizer: Sanitizer) -> Result<(), String> {
+        let instance = &self.deployment.instances[at];
+        let Some(project) = built(instance, self.declared.get(at).and_then(Option::as_ref)) else {
+            return Err("nothing builds its program".to_owned());
+        };
+        if project.language() != Some(Language::Cpp) {
+            return Err(format!(
+                "it is in {}; a sanitizer needs a component in C++",
+                project.component.language.text
+            ));
+        }
+        self.sanitized.borrow_mut().insert(at, sanitizer);
+        Ok(())
+    }
+
+    fn sanitizer(&self, at: usize) -> Option<Sanitizer> {
+        self.sanitized.borrow().get(&at).copied()
     }
 
     /// Whether an instance runs on this machine.
@@ -449,6 +493,14 @@ impl Programs {
         }
         if let Some(middleware) = self.middleware {
             let _ = write!(command, " --middleware {}", middleware.word());
+        }
+        if let Some(sanitizer) = self.sanitizer(at) {
+            let _ = write!(
+                command,
+                " --sanitize {}={}",
+                instance.path,
+                sanitizer.word()
+            );
         }
         let _ = write!(command, " {}", self.path.display());
         if instance.executable.is_none() {

@@ -6,6 +6,7 @@ use super::arguments::{
 use super::completion::{
     components, described, events, logs_of, networks, only_topics, operations,
 };
+use super::debugging::Debugging;
 use super::meaning::ConversionOptions;
 use super::world::WorldAction;
 use super::{bag, chains, foxglove, play, record, replay, transport};
@@ -103,6 +104,8 @@ pub(super) enum Command {
         /// Supervises in the background. `rcdeploy down` stops the network.
         #[arg(long)]
         detach: bool,
+        #[command(flatten)]
+        debugging: Debugging,
         /// Prints events as lines instead of the live view of a terminal.
         #[arg(long)]
         plain: bool,

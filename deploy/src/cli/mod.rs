@@ -9,6 +9,7 @@ mod chains;
 mod command;
 mod completion;
 mod control;
+mod debugging;
 mod description;
 mod doctor;
 mod export;
@@ -117,14 +118,15 @@ fn run(command: Command) -> Result<u8, Failure> {
             build,
             no_generate,
             detach,
+            debugging,
             plain,
             format,
             log_limit,
             supervisor,
         } => {
             write_from_background();
-            let screen =
-                !plain && !supervisor && format == Format::Human && rc_deploy_terminal::usable();
+            let plain = plain || supervisor || debugging.is_interactive();
+            let screen = !plain && format == Format::Human && rc_deploy_terminal::usable();
             let options = Options {
                 format,
                 relay: !supervisor && !screen,
@@ -143,7 +145,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             } else {
                 up::Build::Generated
             });
-            up::up(&input, build, detach, &options)
+            up::up(&input, build, detach, &debugging, &options)
         }
         Command::Top { network } => top::top(&running(network)?),
         Command::Down { network } => {

@@ -4,6 +4,7 @@ use super::TOOL;
 use super::again::in_background;
 use super::arguments::Input;
 use super::command::Cli;
+use super::debugging::Debugging;
 use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, print_note, system};
 use super::service::logout;
@@ -31,6 +32,7 @@ pub(super) fn up(
     input: &Input,
     build: Option<Build>,
     detach: bool,
+    debugging: &Debugging,
     options: &Options,
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
@@ -43,6 +45,7 @@ pub(super) fn up(
             network.programs.check_generated(found);
             network.programs.check_interpreters(Next::IsBuilt, found);
         })?;
+        debugging.prepare(&network)?;
         cargo_build(&network, input.profile)?;
         let mut found = Diagnostics::new();
         network.programs.check_programs(input.profile, &mut found);
@@ -50,16 +53,25 @@ pub(super) fn up(
             network
         } else {
             load(input, human, |n, f| {
+                // It is prepared as above.
+                let _ = debugging.prepare(n);
                 n.programs.check_programs(input.profile, f);
             })?
         }
     } else {
-        load(input, human, |network, found| {
+        let mut refused = Ok(());
+        let network = load(input, human, |network, found| {
+            refused = debugging.prepare(network);
             machine::check(network, true, found);
             network.programs.check_programs(input.profile, found);
-        })?
+        });
+        refused?;
+        network?
     };
-    let plan = network.plan(input.profile)?;
+    let mut plan = network.plan(input.profile)?;
+    for note in debugging.wrap(&mut plan)? {
+        print_note(&note);
+    }
     let directory = RunDirectory::of(&plan.network);
     let names = plan
         .components

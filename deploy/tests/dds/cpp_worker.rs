@@ -1,9 +1,12 @@
 //! Components in C++, built and started as a user does it. The avoider in C++ does what the one in
 //! Rust does, over every middleware.
 
+use crate::debugging::{Debugged, gdb, has_gdb};
+use crate::python_programs::{AVOIDER, CLOCK, assert_equal, patrol};
 use crate::python_worker::{RUST, trace};
 use rc_test_site::site::{PATROL, Site};
 use rc_test_support::cmake;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -40,6 +43,80 @@ fn its_own_test_passes(site: &Site, cmake: &Path) {
     }
 }
 
+/// gdb stops the component in a function of its worker, shows how it got there, and lets it go on.
+fn gdb_stops_it_in_its_worker(site: &Site, cmake: &Path) {
+    if !has_gdb("a component in C++ under gdb") {
+        return;
+    }
+    let mut up = tool(site, cmake);
+    up.args(["up", "--profile", "dev", "--debug", "avoider"]);
+    up.arg(site.ddsl());
+    let debugged = Debugged::up(site, up);
+    let program = Site::executable("avoider_cpp");
+    let commands = [
+        "break SpecificWorker::during_driving",
+        "continue",
+        "backtrace",
+        "delete",
+        "detach",
+    ];
+    let said = gdb(&debugged.address, &program, &commands);
+    for part in [
+        "#0  SpecificWorker::during_driving",
+        "rc::Program<SpecificWorker>::dispatch",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    site.await_component("avoider", |of| of["state"] == "running");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    assert_eq!(debugged.end(), Some(0));
+    site.assert_nothing_left();
+}
+
+/// The sanitizer is in a program of its own.
+fn a_sanitizer_builds_another_program(site: &Site, cmake: &Path) {
+    let mut up = tool(site, cmake);
+    up.args(["up", "--build", "--detach", "--profile", "dev"]);
+    up.args(["--sanitize", "avoider=address"]).arg(site.ddsl());
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let program = std::fs::read(Site::executable("avoider_cpp-address")).expect("a program");
+    let usual = std::fs::read(Site::executable("avoider_cpp")).expect("a program");
+    let is_checked = |program: &[u8]| memchr::memmem::find(program, b"__asan_init").is_some();
+    assert!(is_checked(&program) && !is_checked(&usual));
+    site.await_component("avoider", |of| of["state"] == "running");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// A source of time in C++ drives an avoider in C++ in lockstep: the run is the same as with both in Rust,
+/// and exact recordings repeat both.
+#[test]
+fn a_source_of_time_in_cpp_drives_a_network_in_lockstep() {
+    const CLOCK_CPP: &str = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/programs/clock_cpp/clock_cpp.cdsl"
+    );
+    let Some(cmake) = cmake::folder("a_source_of_time_in_cpp_drives_a_network_in_lockstep") else {
+        return;
+    };
+    crate::built();
+    let mut traces = Vec::new();
+    for (name, clock, avoider) in [
+        ("time_rust", CLOCK, AVOIDER),
+        ("time_cpp", CLOCK_CPP, "../avoider_cpp/avoider_cpp.cdsl"),
+    ] {
+        let site = Site::new(name);
+        let rcdeploy = |args: &[&str]| {
+            let mut command = tool(&site, &cmake);
+            command.args(args);
+            site.run(command)
+        };
+        traces.push(patrol(&site, &rcdeploy, clock, avoider));
+    }
+    assert_equal(&traces);
+}
+
 /// Both avoiders compute with 32 bits in the same order, so their traces have no tolerance.
 #[test]
 fn the_avoider_in_cpp_does_what_that_in_rust_does() {
@@ -61,6 +138,8 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     let commands = Site::components().join("avoider_cpp/build/compile_commands.json");
     assert!(commands.exists(), "an editor finds no flags");
     its_own_test_passes(&site, &cmake);
+    gdb_stops_it_in_its_worker(&site, &cmake);
+    a_sanitizer_builds_another_program(&site, &cmake);
 
     let iceoryx2 = "middleware iceoryx2;";
     let rust = trace("cpp_trace_rust", &rcdeploy, RUST, 500, iceoryx2);
@@ -84,18 +163,27 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     }
 }
 
-/// Without cmake, `up --build` says what is needed before anything is built or started.
+/// Without cmake or without a compiler, `up --build` says what is needed before anything is built or started.
 #[test]
 fn without_cmake_up_says_what_is_needed() {
     crate::built();
     let site = Site::new("cpp_without");
     site.write_ddsl(&PATROL.replace(RUST, CPP));
-    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
-    up.args(["up", "--build", "--profile", "dev"])
-        .arg(site.ddsl());
-    up.env("PATH", site.path("no_programs"));
-    let up = site.run(up);
-    assert_ne!(up.code, 0, "{up:?}");
-    let needed = "there is no cmake in the path; a component in C++ needs cmake 3.16 and a compiler of C++17";
-    assert!(up.stderr.contains(needed), "{up:?}");
+    let programs = site.path("programs");
+    std::fs::create_dir(&programs).expect("a folder");
+    for missing in ["cmake", "compiler of C++"] {
+        let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+        up.args(["up", "--build", "--profile", "dev"])
+            .arg(site.ddsl());
+        up.env("PATH", &programs).env_remove("CXX");
+        let up = site.run(up);
+        assert_ne!(up.code, 0, "{up:?}");
+        let needed = format!(
+            "there is no {missing} in the path; a component in C++ needs cmake 3.16 and a compiler of C++17"
+        );
+        assert!(up.stderr.contains(&needed), "{up:?}");
+        let cmake = programs.join("cmake");
+        std::fs::write(&cmake, "#!/bin/sh\n").expect("to write");
+        std::fs::set_permissions(&cmake, PermissionsExt::from_mode(0o755)).expect("to set");
+    }
 }

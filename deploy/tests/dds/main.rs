@@ -9,6 +9,7 @@ mod adapted;
 mod called;
 mod chains;
 mod cpp_worker;
+mod debugging;
 mod hosts;
 mod inner_model;
 mod mapping;

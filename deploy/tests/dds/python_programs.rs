@@ -29,9 +29,9 @@ macro_rules! cdsl {
 
 const RACK_PYTHON: &str = cdsl!("rack_python");
 const CLOCK_PYTHON: &str = cdsl!("clock_python");
-const CLOCK: &str = "../clock/clock.cdsl";
+pub(crate) const CLOCK: &str = "../clock/clock.cdsl";
 const WANDERER: &str = cdsl!("wanderer");
-const AVOIDER: &str = "../avoider/avoider.cdsl";
+pub(crate) const AVOIDER: &str = "../avoider/avoider.cdsl";
 const AVOIDER_PYTHON: &str = "../avoider_python/avoider_python.cdsl";
 
 /// A place for a network, with an interpreter for its components.
@@ -75,32 +75,47 @@ impl Python {
         self.site.assert_nothing_left();
     }
 
-    /// The exact recording of a component.
     fn recording(&self, component: &str) -> String {
-        let logs = self.site.path("state/robocomp").join(&self.site.network);
-        let file = logs.join(format!("{component}.exact.mcap"));
-        file.display().to_string()
+        recording(&self.site, component)
     }
 
     /// Repeats a component by its recording. Returns the exit code and the report.
     fn replay(&self, component: &str, more: &[&str]) -> (i32, Value) {
-        let file = self.recording(component);
-        let mut args = vec!["replay", "--check", &file, "--format", "json"];
-        args.extend(more);
-        let mut ran = self.rcdeploy(&args);
-        let code = std::mem::take(&mut ran.code);
-        assert!(code < 2, "{code}: {ran:?}");
-        (code, json(&ran))
+        replay(&self.site, &|args| self.rcdeploy(args), component, more)
     }
 
     /// Asserts that a component does again what it did.
     fn assert_repeats(&self, component: &str) {
-        let (code, report) = self.replay(component, &[]);
-        assert_eq!(code, 0, "{component}: {report}");
-        assert_eq!(report["equal"], true, "{component}: {report}");
-        let compared = report["compared"].as_u64();
-        assert!(compared > Some(10), "{component}: {report}");
+        assert_repeats(&self.site, &|args| self.rcdeploy(args), component);
     }
+}
+
+/// `rcdeploy` with these arguments.
+pub(crate) type Tool<'t> = dyn Fn(&[&str]) -> CommandOutput + 't;
+
+/// The exact recording of a component.
+fn recording(site: &Site, component: &str) -> String {
+    let logs = site.path("state/robocomp").join(&site.network);
+    let file = logs.join(format!("{component}.exact.mcap"));
+    file.display().to_string()
+}
+
+fn replay(site: &Site, rcdeploy: &Tool<'_>, component: &str, more: &[&str]) -> (i32, Value) {
+    let file = recording(site, component);
+    let mut args = vec!["replay", "--check", &file, "--format", "json"];
+    args.extend(more);
+    let mut ran = rcdeploy(&args);
+    let code = std::mem::take(&mut ran.code);
+    assert!(code < 2, "{code}: {ran:?}");
+    (code, json(&ran))
+}
+
+fn assert_repeats(site: &Site, rcdeploy: &Tool<'_>, component: &str) {
+    let (code, report) = replay(site, rcdeploy, component, &[]);
+    assert_eq!(code, 0, "{component}: {report}");
+    assert_eq!(report["equal"], true, "{component}: {report}");
+    let compared = report["compared"].as_u64();
+    assert!(compared > Some(10), "{component}: {report}");
 }
 
 #[test]
@@ -147,27 +162,30 @@ fn other_members_than_the_network_lists_end_a_component_in_python() {
 }
 
 /// The trace of the patrol after ten seconds of simulated time, whose clock and avoider have these
-/// descriptions. All components in Python are repeated.
-fn patrol(python: &Python, clock: &str, avoider: &str) -> String {
+/// descriptions. Both are repeated by their exact recordings.
+pub(crate) fn patrol(site: &Site, rcdeploy: &Tool<'_>, clock: &str, avoider: &str) -> String {
     const POSES: u32 = 200;
-    let site = &python.site;
     site.monitor("trace", POSES);
     let clock_values = "[parameters]\nstep = \"50ms\"\nrate = 0.0\n";
     site.write("clock.toml", clock_values);
-    python.start(&format!(
+    site.write_ddsl(&format!(
         "Deployment patrol\n{{\n    time simulated by clock;\n    \
          Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; }};\n    \
          Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; config \"monitor.toml\"; }};\n    \
          Component avoider {{ cdsl \"{avoider}\"; record {{ exact; }}; }};\n    \
          Component clock {{ cdsl \"{clock}\"; config \"clock.toml\"; record {{ exact; }}; }};\n}};\n"
     ));
+    let file = site.ddsl().display().to_string();
+    let up = rcdeploy(&["up", "--build", "--detach", "--profile", "dev", &file]);
+    assert_eq!(up.code, 0, "{up:?}");
     site.await_end_of("monitor");
     let clock = &site.ask("avoider", "status")["clock"];
     assert_eq!(clock["kind"], "simulated", "{clock}");
     assert!(clock["tick"].as_u64() > Some(100), "{clock}");
-    python.down();
+    assert_eq!(rcdeploy(&["down", &site.network]).code, 0);
+    site.assert_nothing_left();
     for component in ["avoider", "clock"] {
-        python.assert_repeats(component);
+        assert_repeats(site, rcdeploy, component);
     }
     std::fs::read_to_string(site.path("trace")).expect("the trace")
 }
@@ -187,8 +205,14 @@ fn a_source_of_time_in_python_drives_a_network_in_lockstep() {
             return;
         };
         crate::built();
-        traces.push(patrol(&python, clock, avoider));
+        let rcdeploy = |args: &[&str]| python.rcdeploy(args);
+        traces.push(patrol(&python.site, &rcdeploy, clock, avoider));
     }
+    assert_equal(&traces);
+}
+
+/// The network moved, and the traces are equal.
+pub(crate) fn assert_equal(traces: &[String]) {
     assert!(traces[0].lines().count() >= 200, "{}", traces[0]);
     let first = traces[0].lines().next();
     assert_ne!(first, traces[0].lines().last(), "it never moved");

@@ -1,6 +1,6 @@
 //! The builds of cargo and cmake that make the programs of a network.
 
-use super::{Programs, package};
+use super::{Built, Programs, package, program};
 use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
@@ -9,7 +9,7 @@ use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_codegen::Project;
-use rc_vocabulary::{Builder, Middlewares};
+use rc_vocabulary::Builder;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ impl Programs {
         profile: Profile,
     ) -> Result<impl Iterator<Item = Result<Build, Error>>, Error> {
         let mut groups: BTreeMap<_, BTreeMap<String, &Project>> = BTreeMap::new();
-        let mut scripts: BTreeMap<PathBuf, BTreeMap<String, (&Project, _)>> = BTreeMap::new();
+        let mut scripts: BTreeMap<PathBuf, BTreeMap<String, Built<'_>>> = BTreeMap::new();
         let mut processes: BTreeMap<&str, Members<'_>> = BTreeMap::new();
         for built in self.built() {
             let (instance, project, variant) = (built.instance, built.project, built.variant);
@@ -39,21 +39,19 @@ impl Programs {
             }
             let root = Workspaces::root(project.code());
             if let Some(root) = root.map_err(refused("prepare the build"))? {
-                let package = package(project);
                 if !project.is_built_by_cargo() {
-                    let program = variant.map(|middleware| variant::program(&package, middleware));
+                    let program = program(project, variant, built.sanitizer);
                     let scripts = scripts.entry(root).or_default();
-                    scripts
-                        .entry(program.unwrap_or(package))
-                        .or_insert((project, variant));
+                    scripts.entry(program).or_insert(built);
                     continue;
                 }
+                let package = package(project);
                 let packages = groups.entry((root, variant)).or_default();
                 packages.entry(package).or_insert(project);
             }
         }
         let mut scripted = scripts.values().flat_map(BTreeMap::values);
-        if scripted.any(|(project, _)| project.builder() == Builder::Cmake) {
+        if scripted.any(|built| built.project.builder() == Builder::Cmake) {
             // Before cargo builds for minutes.
             cmake::check()?;
         }
@@ -148,7 +146,7 @@ impl Programs {
     fn launched(
         &self,
         root: PathBuf,
-        scripts: BTreeMap<String, (&Project, Option<Middlewares>)>,
+        scripts: BTreeMap<String, Built<'_>>,
         profile: Profile,
     ) -> Result<Build, Error> {
         let target = self.workspaces.target(&root);
@@ -156,11 +154,12 @@ impl Programs {
         let (mut launchers, mut programs) = (Vec::new(), Vec::new());
         let packages = scripts.keys().cloned().collect();
         let (mut has_tree, mut has_world) = (false, false);
-        for (program, (project, variant)) in scripts {
+        for (program, built) in scripts {
+            let (project, variant) = (built.project, built.variant);
             let path = target.programs(profile).join(program);
             match project.builder() {
                 Builder::Cmake => {
-                    programs.push(cmake::of(project, &root, &target, profile, variant, &path)?);
+                    programs.push(cmake::of(&built, &root, &target, profile, &path)?);
                 }
                 Builder::Interpreter => {
                     has_tree |= launcher::has_tree(project);
