@@ -8,6 +8,7 @@ mod compare;
 mod convert;
 mod counts;
 mod cpp;
+mod cpp_bench;
 mod dds;
 mod deny;
 mod deploy;
@@ -148,12 +149,14 @@ fn main() -> ExitCode {
         }
         // A step of `cargo xtask test`.
         ["variants"] => variant::build_for_tests().map_err(|e| e.to_string()),
+        ["bench", "cpp"] => cpp_bench::run(false).map_err(|e| e.to_string()),
+        ["bench", "cpp", "--smoke"] => cpp_bench::run(true).map_err(|e| e.to_string()),
         ["bench", "python"] => python::run(false).map_err(|e| e.to_string()),
         ["bench", "python", "--smoke"] => python::run(true).map_err(|e| e.to_string()),
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | editor [--smoke] | fresh [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | cpp [--smoke] | editor [--smoke] | fresh [--smoke] | generator | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [--smoke]"
             );
             return ExitCode::from(2);
         }
