@@ -9,7 +9,7 @@ use crate::status::{
 use rc_host::link::{self, Reading};
 use rc_host::{Aligned, HostError, Lent, Number, Operation, Program, session};
 use rc_middleware::{CallError, EncodeError, Encoding, Freshness, Made, Writer};
-use rc_runtime::{Order, Time};
+use rc_runtime::{Order, Time, TimeSource};
 use rc_values::{Struct, ValueError, check_image, decode, decode_image, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -312,12 +312,12 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
             let tick = session::with_time(|time| time.advance(duration(value)))??;
             return Ok(Answer::number(tick.cast_signed()));
         }
-        Set::TimeSet => {
+        Set::TimeTo => {
             let to = Time::from_nanos(u64::try_from(value).unwrap_or(0));
             let tick = session::with_time(|time| time.set(to))??;
             return Ok(Answer::number(tick.cast_signed()));
         }
-        Set::TimeWait if value < 0 => session::with_time(|time| time.wait_for_nobody())?,
+        Set::TimeWait if value < 0 => session::with_time(TimeSource::wait_for_nobody)?,
         Set::TimeWait => session::with_time(|time| time.wait_for_all(duration(value)))?,
         Set::TimeOrder => {
             let order = if value == 0 {
@@ -405,7 +405,7 @@ pub(crate) enum Set {
     Open,
     /// Of the source of the network's time. The answers of the first two have the number of the tick.
     TimeAdvance,
-    TimeSet,
+    TimeTo,
     /// For all followers, so many nanoseconds; for nobody, if it is negative.
     TimeWait,
     TimeOrder,
@@ -422,7 +422,7 @@ impl Set {
         Self::Fire,
         Self::Open,
         Self::TimeAdvance,
-        Self::TimeSet,
+        Self::TimeTo,
         Self::TimeWait,
         Self::TimeOrder,
         Self::TimePace,

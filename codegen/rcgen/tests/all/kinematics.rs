@@ -62,3 +62,40 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
     assert_eq!(code, 2);
     assert!(errors.contains("arm.urdf is not a .kdsl file"), "{errors}");
 }
+
+/// Two robots with one set of solvers have a header and a namespace each, and `check` refuses a namespace that
+/// C++ has already.
+#[test]
+fn a_component_in_cpp_has_its_robots_as_namespaces() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    std::fs::write(path.join("arm.urdf"), ARM).expect("a file");
+    std::fs::write(path.join("cell.kdsl"), CELL).expect("a file");
+    let component = |other: &str| {
+        let text = format!(
+            "Component c {{ Communications {{ }}; language cpp; kinematics \"cell.kdsl\" as limb; \
+             kinematics \"cell.kdsl\" as {other}; }};\n"
+        );
+        std::fs::write(path.join("c.cdsl"), text).expect("a file");
+    };
+    component("other");
+    assert_eq!(succeeds(path, &["check", "c.cdsl"]), "");
+    succeeds(path, &["c.cdsl"]);
+    let read = |name: &str| {
+        let file = path.join("generated").join(name);
+        std::fs::read_to_string(file).expect("a file")
+    };
+    for name in ["limb", "other"] {
+        let header = read(&format!("kinematics/{name}.h"));
+        assert!(header.contains(&format!("\nnamespace {name}\n")), "{header}");
+        let include = format!("#include \"kinematics/{name}.h\"");
+        assert!(read("genericworker.h").contains(&include));
+    }
+    assert!(read("component.cmake").contains("\nrobocomp_kinematics(c)\n"));
+    for taken in ["std", "limb", "class"] {
+        component(taken);
+        let (code, _, errors) = rcgen(path, &["check", "c.cdsl"]);
+        assert_eq!(code, 1, "{errors}");
+        assert!(errors.contains("error["), "{errors}");
+    }
+}
