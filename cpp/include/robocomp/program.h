@@ -20,6 +20,21 @@
 
 #include "robocomp/worker.h"
 
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define RC_HAS_THREAD_SANITIZER
+#endif
+#elif defined(__SANITIZE_THREAD__)
+#define RC_HAS_THREAD_SANITIZER
+#endif
+
+#ifdef RC_HAS_THREAD_SANITIZER
+// The library is compiled without the sanitizer, which does not see how its threads wait for each other.
+extern "C" __attribute__((used)) inline const char* __tsan_default_suppressions() {
+  return "called_from_lib:librobocomp_cpp.so\n";
+}
+#endif
+
 namespace rc {
 
 namespace detail {

@@ -87,7 +87,10 @@ fn a_component_in_cpp_has_its_robots_as_namespaces() {
     };
     for name in ["limb", "other"] {
         let header = read(&format!("kinematics/{name}.h"));
-        assert!(header.contains(&format!("\nnamespace {name}\n")), "{header}");
+        assert!(
+            header.contains(&format!("\nnamespace {name}\n")),
+            "{header}"
+        );
         let include = format!("#include \"kinematics/{name}.h\"");
         assert!(read("genericworker.h").contains(&include));
     }
