@@ -75,7 +75,7 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
     tested
 }
 
-/// Runs all test programs, as many at a time as there are processors.
+/// Runs all test programs, one more at a time than there are processors: they wait for about half of the time.
 fn all(
     environment: &[(&str, &str)],
     timings: &mut Timings,
@@ -85,7 +85,7 @@ fn all(
     let mut failed = Vec::new();
     programs::run(
         &programs,
-        processors(),
+        processors() + 1,
         &[],
         environment,
         |program, output| {
@@ -200,7 +200,7 @@ fn follow(
     (status, report)
 }
 
-/// How many tests of a program run at a time. As many programs run as there are processors, so there
+/// How many tests of a program run at a time. More programs run than there are processors, so there
 /// are some tests a processor: most of the time they wait for processes that they have started.
 fn threads() -> usize {
     let chosen = std::env::var("RUST_TEST_THREADS").ok();

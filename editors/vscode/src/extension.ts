@@ -21,6 +21,9 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   command("rcgen.missing", (uri?: string) =>
     terminal("rcgen", "cdsl", uri, (file) => ["stubs", file]),
   );
+  command("rcgen.updateConfiguration", (uri?: string) =>
+    terminal("rcgen", "toml", uri, (file) => ["config", "--update", file]),
+  );
   command("rcgen.checkNetwork", (uri?: string) =>
     terminal("rcdeploy", "ddsl", uri, (file) => ["check", file]),
   );

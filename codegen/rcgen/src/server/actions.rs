@@ -56,6 +56,24 @@ pub(super) fn actions(
             }));
         }
     }
+    // What changes a whole file is a command of the editor.
+    for diagnostic in findings.of(path) {
+        let is_here = Place::meet(&diagnostic["range"], range);
+        if wanted("quickfix") && is_here && diagnostic["code"] == "unset-parameter" {
+            let title = "Update the configuration";
+            let command = json!({
+                "title": title,
+                "command": "rcgen.updateConfiguration",
+                "arguments": [uri],
+            });
+            actions.push(json!({
+                "title": title,
+                "kind": "quickfix",
+                "diagnostics": [diagnostic],
+                "command": command,
+            }));
+        }
+    }
     if wanted("source.fixAll") && !certain.is_empty() {
         actions.push(json!({
             "title": "Apply all certain fixes",

@@ -221,13 +221,20 @@ fn the_extension_of_vs_code_compiles_and_its_tests_pass() {
     assert!(told.contains("# pass 4"), "{told}");
 }
 
-/// The lenses of the server and the manifest of the extension have the same commands.
+/// The lenses and actions of the server name commands of the extension.
 #[test]
-fn each_command_of_a_lens_is_one_of_the_extension() {
-    let hints = include_str!("../../src/server/hints.rs");
-    let lenses = hints.split('"').skip(1).step_by(2);
-    let lenses: BTreeSet<&str> = lenses.filter(|word| word.starts_with("rcgen.")).collect();
-    assert!(lenses.contains("rcgen.up"), "{lenses:?}");
+fn each_command_of_a_lens_or_an_action_is_one_of_the_extension() {
+    let server = [
+        include_str!("../../src/server/hints.rs"),
+        include_str!("../../src/server/actions.rs"),
+    ];
+    let strings = server
+        .iter()
+        .flat_map(|text| text.split('"').skip(1).step_by(2));
+    let lenses: BTreeSet<&str> = strings.filter(|word| word.starts_with("rcgen.")).collect();
+    for known in ["rcgen.up", "rcgen.updateConfiguration"] {
+        assert!(lenses.contains(known), "{lenses:?}");
+    }
     let extension = std::fs::read_to_string(root().join("editors/vscode/src/extension.ts"));
     let extension = extension.expect("a file");
     for command in lenses {

@@ -70,9 +70,8 @@ pub(super) fn use_it() -> Result<(), Failure> {
     network.stop(START)
 }
 
-/// The folders of the user of the editor, in which `rcdeploy` finds a running network.
+/// The folders in which `rcdeploy` finds a running network of the editor's user.
 fn of_user(command: &mut Command, data: &Path) {
-    command.env("HOME", data);
     for (variable, folder) in [("XDG_RUNTIME_DIR", "run"), ("XDG_STATE_HOME", "state")] {
         command.env(variable, data.join(folder));
     }
@@ -129,6 +128,7 @@ fn serve(editor: &Path, data: &Path, port: u16) -> Result<Program, Failure> {
         .arg(data)
         .arg("--extensions-dir")
         .arg(data.join("extensions"))
+        .env("HOME", data)
         .stderr(Stdio::null());
     of_user(&mut command, data);
     let server = Program::spawn(command)?;
@@ -162,7 +162,8 @@ fn installed() -> Result<PathBuf, Failure> {
     fs::create_dir_all(&place)?;
     fs::write(place.join("package.json"), "{ \"private\": true }")?;
     npm(&place, &[&["install"][..], &PACKAGES].concat())?;
-    npm(&vscode(&place), &["ci", "--omit=dev"])?;
+    // Its lock lacks peers whose newest versions came after it.
+    npm(&vscode(&place), &["ci", "--omit=dev", "--legacy-peer-deps"])?;
     fs::write(&done, wanted)?;
     Ok(place)
 }

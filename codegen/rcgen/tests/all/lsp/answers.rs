@@ -286,3 +286,34 @@ fn bind_says_what_it_takes() {
     session.editor.end();
     expect_file!["answers/signature.txt"].assert_eq(&session.log);
 }
+
+#[test]
+fn a_configuration_that_lacks_parameters_is_updated_by_a_command() {
+    let mut session = Session::new();
+    let file = "etc/config.toml";
+    let text = "[parameters]\nfingers = 4\nspead = 0.5\n";
+    session.editor.change(file, text);
+    let uri = session.editor.uri(file);
+    let mut ask = |line: u64| {
+        let at = json!({ "line": line, "character": 1 });
+        let parameters = json!({
+            "textDocument": { "uri": uri },
+            "range": { "start": at, "end": at },
+            "context": { "diagnostics": [] },
+        });
+        let actions = session.editor.ask("textDocument/codeAction", &parameters);
+        let actions = actions.as_array().expect("actions").clone();
+        let commands = actions.into_iter().map(|action| action["command"].clone());
+        commands
+            .filter(|command| !command.is_null())
+            .collect::<Vec<_>>()
+    };
+    let expected = json!({
+        "title": "Update the configuration",
+        "command": "rcgen.updateConfiguration",
+        "arguments": [uri],
+    });
+    assert_eq!(ask(0), [expected]);
+    assert_eq!(ask(1), Vec::<Value>::new());
+    session.editor.end();
+}
