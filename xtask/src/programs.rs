@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -113,38 +113,46 @@ fn package(folder: &Path) -> Option<String> {
     Some(name.trim_end_matches('"').to_owned())
 }
 
-/// Runs the programs, `at_once` at a time. It gives `each` a program when it begins, then again with
-/// its output when it has ended.
+/// Runs the programs, `at_once` at a time, and one more after `beside` has run. It gives `each` a program
+/// when it begins, then again with its output when it has ended.
 pub(crate) fn run(
     programs: &[Program],
     at_once: usize,
     arguments: &[&str],
     environment: &[(&str, &str)],
+    beside: impl FnOnce() + Send,
     mut each: impl FnMut(&Program, Option<Output>),
 ) {
     let start = Instant::now();
     let waiting: Mutex<VecDeque<&Program>> = Mutex::new(programs.iter().collect());
     let (sender, receiver) = sync_channel(0);
+    let work = |sender: SyncSender<_>| {
+        let next = || {
+            let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            waiting.pop_front()
+        };
+        while let Some(program) = next() {
+            let begun = sender.send((program, None));
+            let output = program.run(arguments, environment, start);
+            if begun
+                .and_then(|()| sender.send((program, Some(output))))
+                .is_err()
+            {
+                break;
+            }
+        }
+    };
+    let work = &work;
     std::thread::scope(|scope| {
         for _ in 0..at_once.max(1) {
             let sender = sender.clone();
-            let next = || {
-                let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-                waiting.pop_front()
-            };
-            scope.spawn(move || {
-                while let Some(program) = next() {
-                    let begun = sender.send((program, None));
-                    let output = program.run(arguments, environment, start);
-                    if begun
-                        .and_then(|()| sender.send((program, Some(output))))
-                        .is_err()
-                    {
-                        break;
-                    }
-                }
-            });
+            scope.spawn(move || work(sender));
         }
+        let last = sender.clone();
+        scope.spawn(move || {
+            beside();
+            work(last);
+        });
         drop(sender);
         for (program, output) in receiver {
             each(program, output);
@@ -283,11 +291,18 @@ mod tests {
              [ -e ../one/here ] && [ -e ../other/here ] && echo end; [ ${PWD##*/} = one ]";
         let mut told = Vec::new();
         let arguments = ["-c", script, "word"];
-        run(&programs, 2, &arguments, &[], |program, output| {
-            let Some(output) = output else { return };
-            let lines: Vec<String> = output.lines.into_iter().map(|(line, _)| line).collect();
-            told.push((program.title.clone(), output.succeeded, lines));
-        });
+        run(
+            &programs,
+            1,
+            &arguments,
+            &[],
+            || (),
+            |program, output| {
+                let Some(output) = output else { return };
+                let lines: Vec<String> = output.lines.into_iter().map(|(line, _)| line).collect();
+                told.push((program.title.clone(), output.succeeded, lines));
+            },
+        );
         std::fs::remove_dir_all(&folder).expect("to remove");
         told.sort();
         let lines = |name: &str| {

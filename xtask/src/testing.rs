@@ -24,8 +24,11 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
     let skipped_list = ("RC_TEST_SKIPPED", &*list.to_string_lossy());
     let mut timings = Timings::new(threads);
     let environment = [skipped_list, ("RUST_TEST_THREADS", &threads.to_string())];
+    let mut beside = None;
     let (mut tested, report) = if rest.is_empty() {
-        all(&environment, &mut timings)?
+        all(&environment, &mut timings, || {
+            beside = Some((examples(), miri()));
+        })?
     } else {
         let mut test = vec!["test", "--workspace", "--no-fail-fast"];
         test.extend(&rest);
@@ -50,15 +53,9 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
         }
     }
     let mut skipped = String::new();
-    if rest.is_empty() {
-        // Examples run crate after crate, on one processor. Miri has a target folder of its own.
-        let (examples, under_miri) = std::thread::scope(|scope| {
-            let under_miri = scope.spawn(miri);
-            let examples = cargo(&["test", "--workspace", "--no-fail-fast", "--doc"]);
-            (examples, under_miri.join())
-        });
+    if let Some((examples, under_miri)) = beside {
         tested = tested.and(examples);
-        match under_miri.unwrap_or_else(|panic| std::panic::resume_unwind(panic)) {
+        match under_miri {
             Ok(outcome) => tested = tested.and(outcome),
             Err(why) => skipped = format!("skipped: values in place and pages under Miri: {why}\n"),
         }
@@ -75,19 +72,22 @@ pub(crate) fn run(rest: &[&str]) -> Result<(), String> {
     tested
 }
 
-/// Runs all test programs, one more at a time than there are processors: they wait for about half of the time.
+/// Runs all test programs, as many at a time as there are processors, and one more when `beside` has run:
+/// tests wait for about half of the time, and `beside` computes for all of it.
 fn all(
     environment: &[(&str, &str)],
     timings: &mut Timings,
+    beside: impl FnOnce() + Send,
 ) -> Result<(Result<(), String>, Report), String> {
     let programs = programs::build(&["test", "--workspace"])?;
     let mut report = Report::default();
     let mut failed = Vec::new();
     programs::run(
         &programs,
-        processors() + 1,
+        processors(),
         &[],
         environment,
+        beside,
         |program, output| {
             // A program that hangs is the one that began and did not end.
             let Some(output) = output else {
@@ -212,18 +212,28 @@ fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
+/// Runs a program to its end, and prints its output as a whole, because other tests print meanwhile.
+fn printed(mut command: Command) -> std::io::Result<ExitStatus> {
+    let output = command.output()?;
+    let [said, errors] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    print!("{said}{errors}");
+    Ok(output.status)
+}
+
+/// Runs the examples in documentation, crate after crate.
+fn examples() -> Result<(), String> {
+    let words = ["test", "--workspace", "--no-fail-fast", "--doc"];
+    outcome(&words, printed(cargo_command(&words, &[])))
+}
+
 /// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The
 /// outer error is the reason why Miri cannot be installed.
 fn miri() -> Result<Result<(), String>, String> {
-    // The output is printed as a whole, because other tests print meanwhile.
     let run = |program: &str, args: &[&str]| {
         println!("+ {program} {}", args.join(" "));
-        let output = Command::new(program).args(args).output();
-        let output = output.map_err(|e| format!("{program} cannot be started: {e}"))?;
-        let [said, errors] =
-            [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-        print!("{said}{errors}");
-        Ok::<_, String>(output.status)
+        let mut command = Command::new(program);
+        command.args(args);
+        printed(command).map_err(|e| format!("{program} cannot be started: {e}"))
     };
     let works =
         |program: &str, args: &[&str]| run(program, args).is_ok_and(|status| status.success());
