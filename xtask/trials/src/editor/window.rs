@@ -54,7 +54,7 @@ pub(super) fn use_it() -> Result<(), Failure> {
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let _server = serve(&editor, &data, port)?;
     let mut up = Command::new(programs.join("rcdeploy"));
-    up.arg("up").arg(&live);
+    up.args(["up", "--profile", "dev"]).arg(&live);
     of_user(&mut up, &data);
     let network = Program::spawn(up)?;
     let (chromium, libraries) = browser()?;
