@@ -400,7 +400,7 @@ class Stranger:
         self.random = random.Random()
         self.replica = Replica(self.random.getrandbits(63) | 1 << 62)
         self.schema = None
-        self.peers, self.asked, self.number, self.kept = {}, None, 0, {}
+        self.peers, self.asked, self.number, self.kept, self.busy = {}, None, 0, {}, {}
         self.made, self.last_digest = 0, b""
         member = DomainParticipant(int(domain))
 
@@ -471,6 +471,9 @@ class Stranger:
         if chunk.to != self.replica.writer or asked is None or [chunk.sender, chunk.number] != asked[:2]:
             return
         chunks = asked[2]
+        if chunk.count == 0:
+            self.asked, self.busy[chunk.sender] = None, time.monotonic() + 0.5
+            return
         chunks[chunk.at] = bytes(chunk.bytes)
         asked[3] = time.monotonic()
         if len(chunks) == chunk.count:
@@ -491,7 +494,8 @@ class Stranger:
         if self.asked and now - self.asked[3] < 0.5:
             return
         seen = self.replica.seen
-        live = {peer: of for peer, of in self.peers.items() if now - of[1] < 5}
+        is_live = lambda peer, of: now - of[1] < 5 and now >= self.busy.get(peer, 0)
+        live = {peer: of for peer, of in self.peers.items() if is_live(peer, of)}
         lacks = lambda known: any(count > seen.get(writer, 0) for writer, count in known.items())
         having = [(peer, []) for peer, of in live.items() if lacks(of[0])]
         having = having or [(peer, of[2]) for peer, of in live.items() if of[2]]

@@ -2,6 +2,7 @@
 
 use crate::digest::RANGES;
 use crate::message::MOST_CHUNK;
+use crate::peers::missing;
 use crate::wire;
 use graph_merge::{Delta, Record, Vector};
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use std::time::Duration;
 /// How many bytes an answer has at most, and all together that are kept until they have arrived.
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How many bytes the parts of a world have at most that wait for the others.
-const MOST_PARTS: usize = 1 << 30;
+pub(crate) const MOST_PARTS: usize = 1 << 30;
 /// How long an answer is kept after its last question: longer than a replica asks for missing chunks.
 pub(crate) const KEPT_FOR: Duration = Duration::from_secs(5);
 
@@ -39,6 +40,12 @@ pub(crate) struct Asked {
     pub(crate) waiting: usize,
 }
 
+/// The bytes of an answer of which all chunks are here.
+pub(crate) fn whole(chunks: &[Option<Vec<u8>>]) -> Vec<u8> {
+    let chunks: Vec<&[u8]> = chunks.iter().flatten().map(Vec::as_slice).collect();
+    chunks.concat()
+}
+
 /// An answer of this replica.
 pub(crate) struct Answer {
     pub(crate) to: u64,
@@ -46,6 +53,11 @@ pub(crate) struct Answer {
     pub(crate) bytes: Vec<u8>,
     /// When it was last asked for.
     pub(crate) asked: Duration,
+    /// What the other replica has seen once this has arrived. `None` if the answer has ranges that
+    /// differ.
+    pub(crate) upto: Option<Vector>,
+    /// Whether the other replica has seen all of it.
+    pub(crate) has_arrived: bool,
 }
 
 /// A world that arrives in several answers, because one does not hold it: range by range.
@@ -100,6 +112,11 @@ impl Parts {
         self.bytes <= MOST_PARTS
     }
 
+    /// About how many bytes they have.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
     /// The ranges that have not arrived.
     pub(crate) fn missing(&self) -> Vec<u32> {
         let all = (0..RANGES).filter(|range| !self.ranges.contains_key(range));
@@ -141,15 +158,37 @@ impl Answers {
             .retain(|answer| now.saturating_sub(answer.asked) < KEPT_FOR);
     }
 
-    /// Keeps an answer until it has arrived. Returns its place, or `None` if the others that are on the
-    /// way leave no room for it.
-    pub(crate) fn keep(&mut self, answer: Answer) -> Option<usize> {
+    /// Notes what another replica has seen: it may be all that the answer to it brings.
+    pub(crate) fn acknowledge(&mut self, to: u64, seen: &Vector) {
+        for answer in self.kept.iter_mut().filter(|answer| answer.to == to) {
+            let upto = answer.upto.as_ref();
+            answer.has_arrived |= upto.is_some_and(|upto| missing(upto, seen) == 0);
+        }
+    }
+
+    /// Whether an answer of so many bytes has room beside those that are on the way to others. All
+    /// together have `most` bytes, with small ones half as many more.
+    pub(crate) fn have_room(&self, to: u64, bytes: usize, most: usize) -> bool {
+        let others = self.kept.iter();
+        let others = others.filter(|other| other.to != to && !other.has_arrived);
+        let others: usize = others.map(|other| other.bytes.len()).sum();
+        // What a replica has missed does not wait for a newcomer.
+        let most = if bytes <= most / 16 {
+            most + most / 2
+        } else {
+            most
+        };
+        others == 0 || others + bytes <= most
+    }
+
+    /// Keeps an answer until it has arrived. Returns its place. Others that have arrived make room for it.
+    pub(crate) fn keep(&mut self, answer: Answer, most: usize) -> usize {
         self.kept.retain(|other| other.to != answer.to);
         let bytes: usize = self.kept.iter().map(|other| other.bytes.len()).sum();
-        if !self.kept.is_empty() && bytes + answer.bytes.len() > MOST_ANSWER {
-            return None;
+        if bytes + answer.bytes.len() > most {
+            self.kept.retain(|other| !other.has_arrived);
         }
         self.kept.push(answer);
-        Some(self.kept.len() - 1)
+        self.kept.len() - 1
     }
 }

@@ -1,6 +1,6 @@
 //! Questions about missing changes, and their answers in chunks.
 
-use crate::answers::{Answer, Asked, MOST_ANSWER, Parts, Question};
+use crate::answers::{Answer, Asked, MOST_ANSWER, Parts, Question, whole};
 use crate::content::Content;
 use crate::core::Core;
 use crate::digest::RANGES;
@@ -194,21 +194,52 @@ impl Core {
             return None;
         }
         peer.answered = Some(now);
+        let most = self.protocol.most_answer;
+        // It takes a time in proportion to the world: first, those of others arrive.
+        let may_be_large = question.since.is_empty() || !question.ranges.is_empty();
+        if may_be_large && !self.has_room_for(question, most / 2) {
+            return None;
+        }
         let Some(bytes) = self.answer_of(question) else {
-            let most = self.protocol.most_answer;
             let reason = format!("a range has more than an answer holds, which is {most} bytes");
             self.protocol.refuse(&reason);
             return None;
         };
-        let at = self.protocol.answers.keep(Answer {
+        if !self.has_room_for(question, bytes.len()) {
+            return None;
+        }
+        let is_whole = question.ranges.is_empty();
+        let answer = Answer {
             to: question.sender,
             number: question.number,
             bytes,
             asked: now,
-        })?;
+            upto: is_whole.then(|| self.replica.seen().clone()),
+            has_arrived: false,
+        };
+        let at = self.protocol.answers.keep(answer, most);
         self.protocol.counts.answered += 1;
         self.protocol.answers.has_new |= question.since.is_empty();
         Some(at)
+    }
+
+    /// Whether an answer of so many bytes has room. If it has none, the other replica is told to ask
+    /// again: a chunk of none says so.
+    fn has_room_for(&mut self, question: &Question, bytes: usize) -> bool {
+        let most = self.protocol.most_answer;
+        let answers = &self.protocol.answers;
+        let has_room = answers.have_room(question.sender, bytes, most);
+        if !has_room {
+            self.protocol.send(Content::Chunk {
+                sender: self.protocol.writer,
+                to: question.sender,
+                number: question.number,
+                at: 0,
+                count: 0,
+                bytes: Vec::new(),
+            });
+        }
+        has_room
     }
 
     /// The answer to a question. If it does not hold all, it has as many ranges as it holds.
@@ -255,6 +286,14 @@ impl Core {
         let asked = asked.filter(|asked| asked.to == sender && asked.number == number);
         let Some(asked) = asked else { return };
         let is_first = asked.chunks.is_empty();
+        if count == 0 && is_first {
+            // Parts wait: the same replica has the others.
+            answers.asked = None;
+            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
+                peer.has_postponed(now);
+            }
+            return self.protocol.ask_by(now);
+        }
         let is_sound = at < count
             && count <= MOST_ANSWER / MOST_CHUNK + 1
             && (is_first || asked.chunks.len() == count)
@@ -280,7 +319,7 @@ impl Core {
             let announced = std::mem::take(&mut asked.announced);
             let may_be_part = asked.ranges.is_empty() || answers.parts.is_some();
             answers.asked = None;
-            let whole: Vec<u8> = chunks.into_iter().flatten().flatten().collect();
+            let whole = whole(&chunks);
             let is_part = self.take_answer(graph, time, now, &whole, may_be_part.then_some(sender));
             let is_fruitless = !is_part && missing(&announced, self.replica.seen()) > 0;
             if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
@@ -311,11 +350,7 @@ impl Core {
                     None => deltas,
                 };
                 is_part = parts_from.is_some() && self.protocol.answers.parts.is_some();
-                for delta in deltas {
-                    let at = between(time, graph.snapshot().time(), time);
-                    self.merge_answer(graph, at, &delta);
-                }
-                self.take_waiting(graph, time);
+                self.take_deltas(graph, time, deltas);
             }
             Err(error) => self.protocol.refuse(&error.to_string()),
         }
@@ -323,6 +358,15 @@ impl Core {
             self.protocol.ask_by(now.saturating_add(PAUSE));
         }
         is_part
+    }
+
+    /// Takes what an answer has.
+    pub(crate) fn take_deltas(&mut self, graph: &Graph, time: Time, deltas: Vec<Delta>) {
+        for delta in deltas {
+            let at = between(time, graph.snapshot().time(), time);
+            self.merge_answer(graph, at, &delta);
+        }
+        self.take_waiting(graph, time);
     }
 
     /// Adds parts of a world. Returns the world once all are here.

@@ -291,6 +291,8 @@ impl Core {
             self.protocol.next_digest = self.protocol.next_digest.min(soon);
         }
         self.replica.acknowledge(digest.sender, &digest.seen);
+        let answers = &mut self.protocol.answers;
+        answers.acknowledge(digest.sender, &digest.seen);
         let is_equal = self.replica.seen() == &digest.seen;
         let own = if is_equal {
             self.protocol.digests.of(&self.replica)

@@ -22,6 +22,10 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 /// How long it is not asked after a fruitless answer. The time doubles with each further one, up
 /// to 64 times.
 const FRUITLESS_PAUSE: Duration = Duration::from_secs(1);
+/// How long it is not asked after it has said that it is busy.
+const BUSY_PAUSE: Duration = Duration::from_millis(500);
+/// After so long without an answer, a busy replica counts as one that does not answer.
+const MOST_BUSY: Duration = Duration::from_mins(2);
 /// After so many fruitless answers, or questions without a whole one, a replica that joins does not
 /// wait for it.
 const MOST_FRUITLESS: u32 = 3;
@@ -52,6 +56,8 @@ pub(crate) struct Peer {
     pub(crate) fruitless: u32,
     /// How many questions, one after the other, it has not answered, or not completely.
     pub(crate) unanswered: u32,
+    /// Since when it has said that it is busy, and nothing else.
+    pub(crate) busy_since: Option<Duration>,
 }
 
 impl Peer {
@@ -72,6 +78,7 @@ impl Peer {
     /// Notes an answer, and whether it lacked changes that were announced before the question.
     pub(crate) fn has_answered(&mut self, now: Duration, is_fruitless: bool) {
         self.unanswered = 0;
+        self.busy_since = None;
         let pause = if is_fruitless {
             let doubled = FRUITLESS_PAUSE * (1 << self.fruitless.min(6));
             self.fruitless = self.fruitless.saturating_add(1);
@@ -81,6 +88,15 @@ impl Peer {
             PAUSE
         };
         self.ask_after = now.saturating_add(pause);
+    }
+
+    /// Notes that it is busy with answers to others.
+    pub(crate) fn has_postponed(&mut self, now: Duration) {
+        let since = *self.busy_since.get_or_insert(now);
+        if now.saturating_sub(since) >= MOST_BUSY {
+            self.unanswered = self.unanswered.saturating_add(1);
+        }
+        self.ask_after = now.saturating_add(BUSY_PAUSE);
     }
 
     /// Whether its answers may still bring what it announces.

@@ -11,7 +11,7 @@ use crate::overruled::Overruled;
 use crate::rights::Rights;
 use crate::status::Status;
 use crate::token::Token;
-use graph_merge::{Conflict, unique_writer};
+use graph_merge::{Conflict, Delta, unique_writer};
 use graph_schema::Schema;
 use property_graph::{Edit, Graph, Keep, Moment, Snapshot, Time};
 use std::fmt;
@@ -300,10 +300,15 @@ impl World {
     }
 
     /// Takes an answer to another replica.
-    pub(crate) fn overhear(&self, now: Duration, answer: &[u8]) {
+    pub(crate) fn overhear(&self, answer: Vec<Delta>) {
         let mut core = self.core();
-        core.take_answer(&self.graph, (self.clock)(), now, answer, None);
+        core.take_deltas(&self.graph, (self.clock)(), answer);
         self.wake(core);
+    }
+
+    /// Counts an answer to another replica that cannot be read.
+    pub(crate) fn refuse(&self, reason: &str) {
+        self.core().protocol.refuse(reason);
     }
 
     /// Does the work that is due, and returns when more is due, by the same clock.

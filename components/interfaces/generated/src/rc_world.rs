@@ -168,7 +168,7 @@ pub struct Chunk {
     pub number: u64,
     /// Number of the chunk, from 0.
     pub at: u32,
-    /// How many chunks the answer has.
+    /// How many chunks the answer has. 0: the sender is busy with answers to others.
     pub count: u32,
     /// All chunks together are a `sequence<Answer>`.
     pub bytes: Vec<u8>,

@@ -64,7 +64,7 @@ pub(super) fn world(
         now = at;
         // Times of changes count, which are those of the network.
         time.store(u64::MAX / 2, Ordering::Relaxed);
-        answers.take(&world, at, &read);
+        answers.take(&world, &read);
         world.receive(at, read);
         world.turn(at);
         while world.take().is_some() {}

@@ -95,6 +95,8 @@ pub(crate) struct Network {
     pub(crate) sent: BTreeMap<Topic, usize>,
     /// All changes, also those that nobody got, as they were made.
     pub(crate) changes: Vec<Message>,
+    /// Gets all messages when they are sent, and the time.
+    pub(crate) listener: Option<Box<dyn FnMut(Duration, Message)>>,
 }
 
 impl Network {
@@ -123,6 +125,7 @@ impl Network {
             writers: 100,
             sent: BTreeMap::new(),
             changes: Vec::new(),
+            listener: None,
         };
         for at in 0..count {
             let world = network.world(at, Rights::everything());
@@ -162,6 +165,9 @@ impl Network {
         *self.sent.entry(message.topic()).or_default() += 1;
         if message.topic() == Topic::Change {
             self.changes.push(message.clone());
+        }
+        if let Some(listener) = &mut self.listener {
+            listener(self.now, through_bytes(message));
         }
         for to in self.living() {
             if to == from || self.groups[to] != self.groups[from] {

@@ -4,7 +4,8 @@ use crate::network::{CALM, Network, Weather, add, flat, through_bytes};
 use crate::wrong::{Forged, digest, schema_of, steps};
 use property_graph::{Id, Schema, Value};
 use rc_middleware::{Reader, Writer};
-use rc_world::{Message, Rights, Setup, Topic, World};
+use rc_world::{Message, Overheard, Rights, Setup, Topic, World};
+use std::sync::Arc;
 use std::time::Duration;
 
 const SECOND: Duration = Duration::from_secs(1);
@@ -320,4 +321,72 @@ fn a_world_larger_than_an_answer_arrives_in_parts_and_is_shown_as_a_whole() {
         assert!(asked_first > 0 || weather.lost > 0);
         assert!(network.at(2).has_joined());
     }
+}
+
+/// An answer to one of them leaves no room for an answer to the other one. Who reads the messages of all,
+/// as of a recording, has the world, too.
+#[test]
+fn two_late_joiners_of_a_world_larger_than_an_answer_both_get_it() {
+    const DOORS: usize = 1000;
+    // All parts take longer than a replica waits for one that does not answer.
+    let slow = Weather { late: 140, ..CALM };
+    let mut network = Network::with_most_answer(1, slow, 13, 12 << 10);
+    let filled = network.at(0).change(|edit| {
+        for number in 0..DOORS {
+            let door = edit.add_node("door")?;
+            edit.set(door, "name", format!("door {number}"))?;
+        }
+        Ok(())
+    });
+    filled.expect("a sound change");
+    network.run(3 * SECOND);
+    let (listener, mut overheard) = (Arc::new(world(300)), Overheard::default());
+    let listening = Arc::clone(&listener);
+    network.listener = Some(Box::new(move |now, message| {
+        overheard.take(&listening, &message);
+        listening.receive(now, message);
+        listening.turn(now);
+        while listening.take().is_some() {}
+    }));
+    for at in 1..3 {
+        let late = network.world(at, Rights::everything());
+        network.worlds.push(Some(late));
+        network.groups.push(0);
+    }
+    let all_have_joined = |network: &Network| (1..3).all(|at| network.at(at).has_joined());
+    while !all_have_joined(&network) && network.now < 20 * SECOND {
+        network.run(Duration::from_millis(10));
+        for at in 1..3 {
+            let count = network.at(at).snapshot().node_count();
+            assert!(count == DOORS || count == 0 && !network.at(at).has_joined());
+        }
+    }
+    assert!(all_have_joined(&network), "after {:?}", network.now);
+    assert_eq!(listener.snapshot().node_count(), DOORS);
+    for at in 0..3 {
+        assert_eq!(network.at(at).refused(), 0);
+    }
+}
+
+#[test]
+fn a_stranger_that_is_busy_for_ever_keeps_nobody_from_joining_and_is_asked_seldom() {
+    let world = world(7);
+    let schema = schema_of(&world);
+    let mut questions = 0;
+    for step in 0..13_000 {
+        let now = Duration::from_millis(10) * step;
+        if step % 100 == 0 {
+            world.receive(now, digest(schema, STRANGER, 1));
+        }
+        world.turn(now);
+        while let Some(message) = world.take() {
+            if let Some((_, number)) = asked(&message) {
+                questions += 1;
+                world.receive(now, chunk(7, number, 0, &[]));
+            }
+        }
+        assert!(!world.has_joined() || step > 12_000, "after {now:?}");
+    }
+    assert!((200..270).contains(&questions), "{questions} questions");
+    assert!(world.has_joined() && world.status(130 * SECOND).is_behind);
 }
