@@ -4,6 +4,7 @@ use crate::element::{EdgeId, Element, Id, NodeId};
 use crate::names::Symbol;
 use crate::snapshot::Snapshot;
 use crate::stored::{Attributes, value};
+use std::sync::Arc;
 
 /// One difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +27,9 @@ impl Snapshot {
     pub fn since(&self, older: &Self) -> Vec<Change> {
         let (mut nodes, mut edges) = (Vec::new(), Vec::new());
         self.nodes.differences(&older.nodes, &mut |at| {
-            nodes.push(at as u32);
+            if !self.is_same_node(older, at) {
+                nodes.push(at as u32);
+            }
         });
         self.edges.differences(&older.edges, &mut |at| {
             edges.push(at as u32);
@@ -67,10 +70,26 @@ impl Snapshot {
         removed
     }
 
+    /// Whether one node with one set of attributes is at a place in both versions. A page of the vector
+    /// has other nodes, too.
+    fn is_same_node(&self, older: &Self, at: usize) -> bool {
+        let (Some(new), Some(old)) = (self.nodes.get(at), older.nodes.get(at)) else {
+            return false;
+        };
+        let generation = |of: &Self| of.shape.places.get(at).map(|place| place.generation);
+        new.id == old.id
+            && new.edge == old.edge
+            && is_same(&new.attributes, &old.attributes)
+            && generation(self) == generation(older)
+    }
+
     fn attributes_since(&self, older: &Self, element: Element, changes: &mut Vec<Change>) {
         let (Ok(new), Ok(old)) = (self.attributes(element), older.attributes(element)) else {
             return;
         };
+        if is_same(new, old) {
+            return;
+        }
         let symbols = |attributes: &Attributes| -> Vec<Symbol> {
             let all = attributes.iter().flat_map(|all| all.iter());
             all.map(|(symbol, _)| *symbol).collect()
@@ -91,5 +110,14 @@ impl Snapshot {
         all.dedup();
         let all = all.into_iter();
         changes.extend(all.map(|symbol| Change::Attribute(element, symbol)));
+    }
+}
+
+/// Whether two versions share the attributes of an element.
+fn is_same(new: &Attributes, old: &Attributes) -> bool {
+    match (new, old) {
+        (Some(new), Some(old)) => Arc::ptr_eq(new, old),
+        (None, None) => true,
+        _ => false,
     }
 }

@@ -168,9 +168,33 @@ impl Replica {
 
     /// Refuses more than a replica keeps.
     fn check_counts(&self, delta: &Delta) -> Result<(), Error> {
+        let count = delta.records.len();
+        let most_attributes = |of: Id| self.attribute_count(of) + count <= MOST_ATTRIBUTES;
+        let are_few = self.kept() + count <= self.most_elements
+            && self.seen().len() + delta.upto.len() + count <= MOST_WRITERS
+            && delta
+                .records
+                .iter()
+                .all(|record| most_attributes(record.of()));
+        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
+        // The usual case: as many could be new, and none is too many.
+        if !are_few {
+            self.check_new_ones(delta, &mut writers)?;
+        }
+        writers.retain(|writer| !self.seen().contains_key(writer));
+        let is_new = delta.sender != self.writer() && !self.others.contains_key(&delta.sender);
+        if !writers.is_empty() && self.seen().len() + writers.len() > MOST_WRITERS
+            || is_new && self.others.len() >= MOST_WRITERS
+        {
+            return Err(Error::TooManyWriters(MOST_WRITERS));
+        }
+        Ok(())
+    }
+
+    /// Counts what is new. Adds the writers of the records.
+    fn check_new_ones(&self, delta: &Delta, writers: &mut HashSet<u64>) -> Result<(), Error> {
         let mut new: HashSet<Id> = HashSet::new();
         let mut names: BTreeMap<Id, HashSet<&str>> = BTreeMap::new();
-        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
         for record in &delta.records {
             let id = record.of();
             writers.insert(record.stamp().writer);
@@ -191,13 +215,6 @@ impl Replica {
         }
         if !new.is_empty() && self.kept() + new.len() > self.most_elements {
             return Err(Error::TooManyElements(self.most_elements));
-        }
-        writers.retain(|writer| !self.seen().contains_key(writer));
-        let is_new = delta.sender != self.writer() && !self.others.contains_key(&delta.sender);
-        if !writers.is_empty() && self.seen().len() + writers.len() > MOST_WRITERS
-            || is_new && self.others.len() >= MOST_WRITERS
-        {
-            return Err(Error::TooManyWriters(MOST_WRITERS));
         }
         Ok(())
     }

@@ -75,7 +75,7 @@ impl Core {
             }
             is_equal = false;
         }
-        let nodes = there.iter().filter(|(_, shown)| shown.ends.is_none());
+        let nodes = there.iter_mut().filter(|(_, shown)| shown.ends.is_none());
         for (id, shown) in nodes {
             let node = match edit.snapshot().find(*id) {
                 Some(Element::Node(node))
@@ -91,8 +91,8 @@ impl Core {
             };
             is_equal &= self.set(edit, *id, node, shown)?;
         }
-        let edges = there.iter().filter(|(_, shown)| shown.ends.is_some());
-        let edges: Vec<_> = edges.collect();
+        let edges = there.iter_mut().filter(|(_, shown)| shown.ends.is_some());
+        let mut edges: Vec<_> = edges.collect();
         let ends = edges.iter().filter_map(|(id, shown)| {
             let (from, to) = shown.ends?;
             Some((Some(*id), [from, to]))
@@ -103,7 +103,7 @@ impl Core {
             return Err(Refused::NotWhole);
         }
         for at in order {
-            let ((id, shown), [from, to]) = (edges[at], ends[at].1);
+            let ((id, shown), [from, to]) = (&mut *edges[at], ends[at].1);
             let edge = match edit.snapshot().find(*id) {
                 Some(Element::Edge(edge)) => {
                     let now = edit.snapshot();
@@ -135,15 +135,20 @@ impl Core {
         edit: &mut Edit,
         id: Id,
         element: Element,
-        shown: &Shown<'_>,
+        shown: &mut Shown<'_>,
     ) -> Result<bool, Error> {
-        let mut wanted = shown.attributes.clone();
+        let mut wanted = std::mem::take(&mut shown.attributes);
         self.streamed(id, shown.kind, &mut wanted);
-        let now = edit.snapshot();
-        let own = attributes(now, element)?;
-        let gone = own.keys().filter(|name| !wanted.contains_key(**name));
-        let gone: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
-        wanted.retain(|name, value| own.get(name.as_str()) != Some(&&*value));
+        let mut gone: Vec<String> = Vec::new();
+        for (name, own) in attributes(edit.snapshot(), element)? {
+            match wanted.get(name) {
+                None => gone.push(name.to_owned()),
+                Some(wanted_value) if wanted_value == own => {
+                    wanted.remove(name);
+                }
+                Some(_) => {}
+            }
+        }
         for name in &gone {
             edit.unset(element, name)?;
         }

@@ -10,7 +10,7 @@ use crate::streams::Sample;
 use crate::token::Token;
 use graph_merge::{Delta, Replica};
 use property_graph::{Change, Edit, Element, Graph, Id, MOST_STEPS, Snapshot, Time, Value};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// The steps of a change, in the order in which the replica notes them.
 #[derive(Default)]
@@ -66,7 +66,8 @@ impl Core {
 
     fn steps(before: &Snapshot, after: &Snapshot, changes: &[Change]) -> Result<Steps, Error> {
         let mut steps = Steps::default();
-        let mut changed: BTreeSet<Element> = BTreeSet::new();
+        let mut added: Vec<Element> = Vec::new();
+        let mut set = Vec::new();
         for change in changes {
             match change {
                 Change::NodeRemoved(_, id) | Change::EdgeRemoved(_, id) => steps.removed.push(*id),
@@ -74,35 +75,38 @@ impl Core {
                     let new = after.node(*node)?;
                     let made = (new.type_name().to_owned(), None);
                     steps.made.insert(new.id().count(), made);
-                    changed.insert(Element::Node(*node));
+                    added.push(Element::Node(*node));
                 }
                 Change::EdgeAdded(edge) => {
                     let new = after.edge(*edge)?;
                     let ends = (after.node(new.from())?.id(), after.node(new.to())?.id());
                     let made = (new.type_name().to_owned(), Some(ends));
                     steps.made.insert(new.id().count(), made);
-                    changed.insert(Element::Edge(*edge));
+                    added.push(Element::Edge(*edge));
                 }
-                Change::Attribute(element, _) => {
-                    changed.insert(*element);
+                Change::Attribute(element, symbol) => {
+                    let name = after.text(*symbol);
+                    let new = set_as(after, *element, name)?;
+                    // Another attribute may have had the value.
+                    if new == set_as(before, *element, name)? {
+                        continue;
+                    }
+                    let id = id_of(after, *element)?;
+                    match new {
+                        Some(new) => set.push((id, name.to_owned(), Some(new.clone()))),
+                        None => steps.set.push((id, name.to_owned(), None)),
+                    }
                 }
             }
         }
-        for element in changed {
+        for element in added {
             let id = id_of(after, element)?;
-            let new = attributes(after, element)?;
-            // The element is not in the earlier version if it is new.
-            let old = attributes(before, element).unwrap_or_default();
-            // Removals first: a removed attribute may be one value with one that is set.
-            let gone = old.keys().filter(|name| !new.contains_key(*name));
-            let gone = gone.map(|name| (id, (*name).to_owned(), None));
-            steps.set.extend(gone);
-            let set = new
-                .iter()
-                .filter(|(name, value)| old.get(*name) != Some(value));
-            let set = set.map(|(name, value)| (id, (*name).to_owned(), Some((*value).clone())));
-            steps.set.extend(set);
+            let all = attributes(after, element)?;
+            let all = all.map(|(name, value)| (id, name.to_owned(), Some(value.clone())));
+            steps.set.extend(all);
         }
+        // After removals: a removed attribute may be one value with one that is set.
+        steps.set.extend(set);
         Ok(steps)
     }
 
@@ -226,6 +230,17 @@ fn record(replica: &mut Replica, steps: Steps) -> Result<(), Error> {
         replica.set(id, &name, value)?;
     }
     Ok(())
+}
+
+/// The value that was set under a name.
+fn set_as<'s>(
+    of: &'s Snapshot,
+    element: Element,
+    name: &str,
+) -> Result<Option<&'s Value>, property_graph::Error> {
+    let mut all = attributes(of, element)?;
+    let found = all.find(|(own, _)| *own == name);
+    Ok(found.map(|(_, value)| value))
 }
 
 /// The id of an element.

@@ -37,7 +37,8 @@ pub(crate) fn record(replica: &mut Replica, start: &Snapshot) -> Result<(), Erro
 }
 
 fn set(replica: &mut Replica, start: &Snapshot, id: Id, element: Element) -> Result<(), Error> {
-    for (name, value) in attributes(start, element)? {
+    let all: BTreeMap<&str, &Value> = attributes(start, element)?.collect();
+    for (name, value) in all {
         replica.set(id, name, Some(value.clone()))?;
     }
     Ok(())
@@ -47,9 +48,11 @@ fn set(replica: &mut Replica, start: &Snapshot, id: Id, element: Element) -> Res
 pub(crate) fn attributes(
     of: &Snapshot,
     element: Element,
-) -> Result<BTreeMap<&str, &Value>, property_graph::Error> {
-    match element {
-        Element::Node(node) => Ok(of.node(node)?.attributes().collect()),
-        Element::Edge(edge) => Ok(of.edge(edge)?.attributes().collect()),
-    }
+) -> Result<impl Iterator<Item = (&str, &Value)>, property_graph::Error> {
+    let (node, edge) = match element {
+        Element::Node(node) => (Some(of.node(node)?.attributes()), None),
+        Element::Edge(edge) => (None, Some(of.edge(edge)?.attributes())),
+    };
+    let edge = edge.into_iter().flatten();
+    Ok(node.into_iter().flatten().chain(edge))
 }

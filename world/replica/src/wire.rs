@@ -4,7 +4,7 @@ use crate::content::{Content, DigestOf, Topic};
 use crate::streams::Sample;
 use graph_merge::{Delta, Record, Stamp, Vector};
 use property_graph::{Id, Time, Value};
-use rc_middleware::{DecodeError, Reader, Writer, cdr_struct};
+use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr_struct};
 
 #[derive(Clone, Debug, Default)]
 struct Key {
@@ -23,29 +23,115 @@ struct WireValue {
 }
 cdr_struct!(WireValue: kind, ints, floats, texts, bytes);
 
-#[derive(Clone, Debug, Default)]
+/// A step, which is written from its record without a copy.
+#[derive(Clone)]
 struct Step {
     what: u8,
-    count: u64,
-    writer: u64,
-    sequence: u64,
+    stamp: Stamp,
     name: String,
     of: Key,
     to: Key,
     value: WireValue,
 }
-cdr_struct!(Step: what, count, writer, sequence, name, of, to, value);
 
-#[derive(Clone, Debug, Default)]
-struct Change {
-    schema: u64,
-    sender: u64,
-    time: i64,
-    since: u64,
-    upto: u64,
-    steps: Vec<Step>,
+impl Cdr for Step {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        begin_step(
+            writer,
+            self.what,
+            self.stamp,
+            &self.name,
+            (&self.of, &self.to),
+        );
+        writer.put(&self.value);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let what = reader.get()?;
+        let [count, by, sequence] = [reader.get()?, reader.get()?, reader.get()?];
+        Ok(Self {
+            what,
+            stamp: Stamp {
+                count,
+                writer: by,
+                sequence,
+            },
+            name: reader.get()?,
+            of: reader.get()?,
+            to: reader.get()?,
+            value: reader.get()?,
+        })
+    }
 }
-cdr_struct!(Change: schema, sender, time, since, upto, steps);
+
+fn begin_step(writer: &mut Writer<'_>, what: u8, stamp: Stamp, name: &str, (of, to): (&Key, &Key)) {
+    writer.put(&what);
+    writer.put(&stamp.count);
+    writer.put(&stamp.writer);
+    writer.put(&stamp.sequence);
+    put_text(writer, name);
+    writer.put(of);
+    writer.put(to);
+}
+
+fn put_text(writer: &mut Writer<'_>, text: &str) {
+    writer.length(text.len() + 1);
+    writer.raw(text.as_bytes());
+    writer.raw(&[0]);
+}
+
+fn put_steps(writer: &mut Writer<'_>, records: &[Record]) {
+    writer.length(records.len());
+    for record in records {
+        put_step(writer, record);
+    }
+}
+
+fn put_step(writer: &mut Writer<'_>, record: &Record) {
+    let (stamp, none) = (record.stamp(), Key::default());
+    match record {
+        Record::Node { kind, .. } => begin_step(writer, 0, stamp, kind, (&none, &none)),
+        Record::Edge { kind, from, to, .. } => {
+            begin_step(writer, 1, stamp, kind, (&key(*from), &key(*to)));
+        }
+        Record::Attribute { of, name, .. } => {
+            begin_step(writer, 2, stamp, name, (&key(*of), &none));
+        }
+        Record::Removed { of, .. } => begin_step(writer, 3, stamp, "", (&key(*of), &none)),
+    }
+    let value = match record {
+        Record::Attribute { value, .. } => value.as_ref(),
+        _ => None,
+    };
+    put_value(writer, value);
+}
+
+/// Writes a value as [`content`] has it, the usual ones without a copy.
+fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
+    match value {
+        Some(Value::Int(number)) => {
+            writer.put(&2_u8);
+            writer.length(1);
+            writer.put(number);
+            (0..3).for_each(|_| writer.length(0));
+        }
+        Some(Value::Float(number)) => {
+            writer.put(&3_u8);
+            writer.length(0);
+            writer.length(1);
+            writer.put(number);
+            (0..2).for_each(|_| writer.length(0));
+        }
+        Some(Value::Text(text)) => {
+            writer.put(&4_u8);
+            (0..2).for_each(|_| writer.length(0));
+            writer.length(1);
+            put_text(writer, text);
+            writer.length(0);
+        }
+        other => writer.put(&content(other)),
+    }
+}
 
 #[derive(Clone, Debug, Default)]
 struct StreamValue {
@@ -101,20 +187,6 @@ struct Chunk {
     bytes: Vec<u8>,
 }
 cdr_struct!(Chunk: sender, to, number, at, count, bytes);
-
-/// The content of an answer, before it is cut into chunks.
-#[derive(Clone, Debug, Default)]
-struct Answer {
-    sender: u64,
-    seen: Vec<Key>,
-    since: Vec<Key>,
-    upto: Vec<Key>,
-    forgotten: Vec<Key>,
-    /// Number of the range and of all ranges, or nothing.
-    range: Vec<u32>,
-    steps: Vec<Step>,
-}
-cdr_struct!(Answer: sender, seen, since, upto, forgotten, range, steps);
 
 fn key(id: Id) -> Key {
     Key {
@@ -222,50 +294,8 @@ fn value(content: WireValue) -> Result<Option<Value>, DecodeError> {
     ))
 }
 
-fn step(record: &Record) -> Step {
-    let stamp = record.stamp();
-    let step = Step {
-        count: stamp.count,
-        writer: stamp.writer,
-        sequence: stamp.sequence,
-        ..Step::default()
-    };
-    match record {
-        Record::Node { kind, .. } => Step {
-            what: 0,
-            name: kind.clone(),
-            ..step
-        },
-        Record::Edge { kind, from, to, .. } => Step {
-            what: 1,
-            name: kind.clone(),
-            of: key(*from),
-            to: key(*to),
-            ..step
-        },
-        Record::Attribute {
-            of, name, value, ..
-        } => Step {
-            what: 2,
-            name: name.clone(),
-            of: key(*of),
-            value: content(value.as_ref()),
-            ..step
-        },
-        Record::Removed { of, .. } => Step {
-            what: 3,
-            of: key(*of),
-            ..step
-        },
-    }
-}
-
 fn record(step: Step) -> Result<Record, DecodeError> {
-    let stamp = Stamp {
-        count: step.count,
-        writer: step.writer,
-        sequence: step.sequence,
-    };
+    let stamp = step.stamp;
     Ok(match step.what {
         0 => Record::Node {
             stamp,
@@ -294,6 +324,11 @@ fn record(step: Step) -> Result<Record, DecodeError> {
             });
         }
     })
+}
+
+fn records(reader: &mut Reader<'_>) -> Result<Vec<Record>, DecodeError> {
+    let steps: Vec<Step> = reader.get()?;
+    steps.into_iter().map(record).collect()
 }
 
 /// About how many bytes records have.
@@ -330,14 +365,12 @@ pub(crate) fn encode(message: &Content, writer: &mut Writer<'_>) {
             delta,
         } => {
             let count = |of: &Vector| of.get(&delta.sender).copied().unwrap_or_default();
-            writer.put(&Change {
-                schema: *schema,
-                sender: delta.sender,
-                time: nanos(*time),
-                since: count(&delta.since),
-                upto: count(&delta.upto),
-                steps: delta.records.iter().map(step).collect(),
-            });
+            writer.put(schema);
+            writer.put(&delta.sender);
+            writer.put(&nanos(*time));
+            writer.put(&count(&delta.since));
+            writer.put(&count(&delta.upto));
+            put_steps(writer, &delta.records);
         }
         Content::Samples {
             schema,
@@ -407,16 +440,17 @@ fn stream_value(sample: &Sample) -> StreamValue {
 pub(crate) fn decode(topic: Topic, reader: &mut Reader<'_>) -> Result<Content, DecodeError> {
     Ok(match topic {
         Topic::Change => {
-            let change: Change = reader.get()?;
-            let records = change.steps.into_iter().map(record);
+            let schema = reader.get()?;
+            let sender = reader.get()?;
+            let made: i64 = reader.get()?;
             Content::Change {
-                schema: change.schema,
-                time: time(change.time),
+                schema,
+                time: time(made),
                 delta: Delta {
-                    sender: change.sender,
-                    since: [(change.sender, change.since)].into(),
-                    upto: [(change.sender, change.upto)].into(),
-                    records: records.collect::<Result<_, _>>()?,
+                    sender,
+                    since: [(sender, reader.get()?)].into(),
+                    upto: [(sender, reader.get()?)].into(),
+                    records: records(reader)?,
                     ..Delta::default()
                 },
             }
@@ -482,42 +516,59 @@ pub(crate) fn decode(topic: Topic, reader: &mut Reader<'_>) -> Result<Content, D
     })
 }
 
-/// The bytes of an answer.
+/// The bytes of an answer: a `sequence<Answer>`.
 pub(crate) fn answer(deltas: &[Delta]) -> Vec<u8> {
-    let mut writer = Writer::default();
-    let answers = deltas.iter().map(|delta| Answer {
-        sender: delta.sender,
-        seen: keys(&delta.seen),
-        since: keys(&delta.since),
-        upto: keys(&delta.upto),
-        forgotten: keys(&delta.forgotten),
-        range: delta.all_of.map_or_else(Vec::new, |(range, ranges)| {
-            vec![range as u32, ranges as u32]
-        }),
-        steps: delta.records.iter().map(step).collect(),
-    });
-    writer.put(&answers.collect::<Vec<_>>());
+    let sizes = deltas.iter().map(size_of);
+    let mut writer = Writer::over(Vec::with_capacity(sizes.sum()));
+    writer.length(deltas.len());
+    for delta in deltas {
+        put_answer(&mut writer, delta);
+    }
     writer.into_bytes()
+}
+
+fn put_answer(writer: &mut Writer<'_>, delta: &Delta) {
+    writer.put(&delta.sender);
+    for vector in [&delta.seen, &delta.since, &delta.upto, &delta.forgotten] {
+        writer.put(&keys(vector));
+    }
+    let range = delta.all_of.map(|(range, ranges)| [range, ranges]);
+    let range = range.into_iter().flatten().map(|number| number as u32);
+    writer.put(&range.collect::<Vec<u32>>());
+    put_steps(writer, &delta.records);
+}
+
+#[derive(Clone)]
+struct Answer(Delta);
+
+impl Cdr for Answer {
+    fn encode(&self, writer: &mut Writer<'_>) {
+        put_answer(writer, &self.0);
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let sender = reader.get()?;
+        let mut next = || reader.get::<Vec<Key>>().map(|keys| vector(&keys));
+        let [seen, since, upto, forgotten] = [next()?, next()?, next()?, next()?];
+        let all_of = match reader.get::<Vec<u32>>()?[..] {
+            [] => None,
+            [range, ranges] if range < ranges => Some((range as usize, ranges as usize)),
+            _ => return Err(DecodeError::Unknown("range of an answer")),
+        };
+        Ok(Self(Delta {
+            sender,
+            seen,
+            since,
+            upto,
+            forgotten,
+            all_of,
+            records: records(reader)?,
+        }))
+    }
 }
 
 /// Reads an answer.
 pub(crate) fn read_answer(bytes: &[u8]) -> Result<Vec<Delta>, DecodeError> {
     let answers: Vec<Answer> = Reader::new(bytes).get()?;
-    let deltas = answers.into_iter().map(|answer| {
-        let records = answer.steps.into_iter().map(record);
-        Ok(Delta {
-            sender: answer.sender,
-            seen: vector(&answer.seen),
-            since: vector(&answer.since),
-            upto: vector(&answer.upto),
-            forgotten: vector(&answer.forgotten),
-            all_of: match answer.range.as_slice() {
-                [] => None,
-                [range, ranges] if range < ranges => Some((*range as usize, *ranges as usize)),
-                _ => return Err(DecodeError::Unknown("range of an answer")),
-            },
-            records: records.collect::<Result<_, _>>()?,
-        })
-    });
-    deltas.collect()
+    Ok(answers.into_iter().map(|answer| answer.0).collect())
 }

@@ -193,8 +193,8 @@ fn bytes(message: &Message) -> Vec<u8> {
 /// The message that a replica sends for a change, or all that a late one gets.
 fn sample(role: &Role, name: &str) -> (Vec<u8>, usize) {
     if role.nodes > 1 {
-        // About 190 bytes a node with its steps.
-        return (vec![0; role.nodes * 190], 0);
+        // The answer to a late joiner has 304 bytes for each node with its steps.
+        return (vec![0; role.nodes * 304], 0);
     }
     let setup = Setup::new(name, Schema::anything().into());
     let world = World::new(setup.with_rights(rights(role)));
