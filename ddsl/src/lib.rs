@@ -23,6 +23,7 @@ mod host_address;
 mod image;
 mod imports;
 mod leaders;
+pub mod link;
 mod meaning;
 mod members;
 pub mod model;

@@ -73,6 +73,8 @@ pub struct Host {
     pub user: Option<Name>,
     /// The folder for programs and files there. `None` for the default.
     pub workspace: Option<Name>,
+    /// The capacity of its link to other hosts: as written, and in bits a second in each direction.
+    pub link: Option<(Name, f64)>,
 }
 
 /// One component of a network.

@@ -79,10 +79,11 @@ const PROCESS: [(&str, Rule); 5] = [
 ];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
-const HOST: [(&str, Rule); 3] = [
+const HOST: [(&str, Rule); 4] = [
     ("address", Rule::host_field),
     ("user", Rule::host_field),
     ("workspace", Rule::host_field),
+    ("link", Rule::host_field),
 ];
 
 /// Parses one `.ddsl` text.

@@ -12,6 +12,7 @@ use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
 use crate::imports::{File, files};
+use crate::link;
 use crate::model::{
     Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Peer,
     Proxy, Setting,
@@ -410,6 +411,13 @@ impl<'a> Resolver<'a> {
             }
             None => {}
         }
+        let link = field("link").and_then(|written| match link::read(&written) {
+            Ok(bits) => Some((written, bits)),
+            Err(error) => {
+                self.found.push(error);
+                None
+            }
+        });
         let number = self.deployment.hosts.len();
         self.scopes[scope]
             .hosts
@@ -420,6 +428,7 @@ impl<'a> Resolver<'a> {
             address: address.unwrap_or_else(|| Name::new("", tree.name.span)),
             user: field("user"),
             workspace: field("workspace"),
+            link,
         });
     }
 

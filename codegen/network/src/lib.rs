@@ -28,6 +28,7 @@ mod generating;
 mod interpreters;
 mod keeper;
 mod launcher;
+mod link_load;
 mod load;
 mod model;
 mod network_time;

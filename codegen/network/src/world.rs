@@ -1,6 +1,7 @@
 //! The world of a network: checks the schemas of its components, who writes what, and the contents
 //! of its start file.
 
+use crate::link_load;
 use crate::model::Network;
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
@@ -13,12 +14,15 @@ use rc_syntax::{Loader, Name};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// A component that shares the world.
-struct Member<'a> {
-    instance: &'a Instance,
-    clause: &'a Clause,
+pub(crate) struct Member<'a> {
+    pub(crate) instance: &'a Instance,
+    pub(crate) clause: &'a Clause,
     schema: &'a Schema,
+    /// The default period of its `compute()`.
+    pub(crate) period: Duration,
 }
 
 impl Member<'_> {
@@ -50,6 +54,7 @@ pub(crate) fn check(
                 instance,
                 clause: project.component.world.as_ref()?,
                 schema: &project.world.as_ref()?.schema,
+                period: project.component.period,
             })
         })
         .collect();
@@ -91,6 +96,7 @@ pub(crate) fn check(
     if all_fit && all_are_known {
         writers(&schema, &members, found);
         readers(&schema, &members, start.as_ref(), found);
+        link_load::check(deployment, &members, &schema, start.as_ref(), found);
     }
 }
 

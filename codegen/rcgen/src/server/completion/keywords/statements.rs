@@ -286,6 +286,10 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
             ("address", "Host name or IP address."),
             ("user", "The user that runs components there."),
             ("workspace", "The folder for programs and files there."),
+            (
+                "link",
+                "The capacity of its link to other hosts, such as `\"100 Mbit/s\"`.",
+            ),
         ],
     ),
     (
