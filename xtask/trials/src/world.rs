@@ -1,5 +1,6 @@
 //! `cargo xtask bench world`: a world compared with topics with the same bytes. `cargo xtask soak
-//! world`: twenty agents on two hosts, of which some are killed, paused and cut off.
+//! world`: twenty agents on two hosts, of which some are killed, paused and cut off, and other tests
+//! at length.
 
 use crate::programs::{Failure, cargo, output};
 use std::time::Duration;
@@ -15,21 +16,36 @@ pub(crate) fn bench(smoke: bool) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The tests of the soak, and the variables that make them long.
+const SOAK: [(&str, &[(&str, &str)]); 5] = [
+    (
+        "test -p rc-deploy --test dds world_soak::twenty -- --ignored --nocapture",
+        &[],
+    ),
+    (
+        "test -p rc-world --test all dsr_ -- --nocapture",
+        &[("RC_WORLD_ROUNDS", "1000"), ("RC_WORLD_SCRIPT", "3000")],
+    ),
+    (
+        "test -p rc-world --test all a_million -- --nocapture",
+        &[("RC_WORLD_NODES", "1100000")],
+    ),
+    // Eight readers.
+    (
+        "test -p rc-world --test all no_reader -- --nocapture",
+        &[("RC_WORLD_READS", "125000")],
+    ),
+    (
+        "test -p rc-deploy --test all a_question_with_a_token -- --nocapture",
+        &[("RC_WORLD_READS", "100000")],
+    ),
+];
+
 pub(crate) fn soak() -> Result<(), Failure> {
-    let words = "test -p rc-deploy --test dds world_soak::twenty -- --ignored --nocapture";
-    let words: Vec<&str> = words.split(' ').collect();
-    print!("{}", output(cargo(&words)?, LIMIT)?);
-    let words = "test -p rc-world --test all dsr_ -- --nocapture";
-    let words: Vec<&str> = words.split(' ').collect();
-    let mut rounds = cargo(&words)?;
-    rounds
-        .env("RC_WORLD_ROUNDS", "1000")
-        .env("RC_WORLD_SCRIPT", "3000");
-    print!("{}", output(rounds, LIMIT)?);
-    let words = "test -p rc-world --test all a_million -- --nocapture";
-    let words: Vec<&str> = words.split(' ').collect();
-    let mut nodes = cargo(&words)?;
-    nodes.env("RC_WORLD_NODES", "1100000");
-    print!("{}", output(nodes, LIMIT)?);
+    for (words, variables) in SOAK {
+        let mut test = cargo(&words.split(' ').collect::<Vec<&str>>())?;
+        test.envs(variables.iter().copied());
+        print!("{}", output(test, LIMIT)?);
+    }
     Ok(())
 }
