@@ -98,6 +98,59 @@ fn targets_have_tests_or_say_that_they_have_none() {
     assert_eq!(not_run, Vec::<PathBuf>::new(), "remove `test = false`");
 }
 
+/// Whether a comment of a text has an example of Rust.
+fn has_example(text: &str) -> bool {
+    let mut is_open = false;
+    for line in text.lines().map(str::trim) {
+        let comment = ["///", "//!"]
+            .iter()
+            .find_map(|sign| line.strip_prefix(sign));
+        let fence = comment.and_then(|comment| comment.trim().strip_prefix("```"));
+        let is_rust = |tag: &str| {
+            let known = ["", "rust", "no_run", "should_panic", "compile_fail"];
+            tag.split(',').all(|word| known.contains(&word.trim()))
+        };
+        match (comment, fence) {
+            (Some(_), Some(tag)) if !is_open && is_rust(tag) => return true,
+            (Some(_), Some(_)) => is_open = !is_open,
+            (Some(_), None) => {}
+            (None, _) => is_open = false,
+        }
+    }
+    false
+}
+
+/// Examples run crate after crate, and rustdoc reads each crate for it, unless it has `doctest = false`.
+#[test]
+fn libraries_have_examples_or_say_that_they_have_none() {
+    let _quiet = quiet();
+    let (mut in_vain, mut not_run) = (Vec::new(), Vec::new());
+    for package in packages() {
+        for target in package["targets"].as_array().expect("targets") {
+            if !matches!(target["kind"][0].as_str(), Some("lib" | "rlib")) {
+                continue;
+            }
+            let root = path(&target["src_path"]);
+            let mut files = Vec::new();
+            sources(root.parent().expect("a folder"), &mut files);
+            let has_examples = files
+                .iter()
+                .any(|file| has_example(&fs::read_to_string(file).expect("a source")));
+            match (target["doctest"].as_bool(), has_examples) {
+                (Some(true), false) => in_vain.push(root),
+                (Some(false), true) => not_run.push(root),
+                _ => {}
+            }
+        }
+    }
+    assert_eq!(
+        in_vain,
+        Vec::<PathBuf>::new(),
+        "give them `doctest = false`"
+    );
+    assert_eq!(not_run, Vec::<PathBuf>::new(), "remove `doctest = false`");
+}
+
 /// A build script that looks for an interpreter runs again with each other search path, and cargo then
 /// compiles pyo3 and the extension modules again.
 #[test]
