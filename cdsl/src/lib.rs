@@ -12,6 +12,7 @@ mod qos;
 mod resolve;
 mod resolver;
 mod slot_names;
+mod window;
 
 pub use meanings::meanings;
 pub use model::Component;

@@ -44,6 +44,8 @@ pub struct Component {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed node of ROS 2.
     pub managed: bool,
+    /// The `gui` clause: the worker is a window.
+    pub window: Option<Window>,
     /// The option `InnerModelViewer`: the component shows its tree in a window.
     pub viewer: Option<Span>,
     /// The option `InnerModelSlots`: the members of its slot arrays are the devices of the scene
@@ -56,6 +58,13 @@ pub struct Component {
     /// The files with the prototypes of its values, once [`meanings`](crate::meanings) has read
     /// them.
     pub prototypes: Arc<rc_prototypes::model::Library>,
+}
+
+/// The window of a worker, over Qt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// The class of Qt that the worker is.
+    pub widget: &'static str,
 }
 
 /// The graph that a component shares with others. Whether its schema has the types is known once that

@@ -89,7 +89,6 @@ fn shared(tree: &ast::Component) -> impl Iterator<Item = &ast::World> {
     })
 }
 
-const KNOWN_WIDGETS: [&str; 3] = ["QWidget", "QDialog", "QMainWindow"];
 /// The option that shows the tree of the component in a window.
 const VIEWER: &str = "InnerModelViewer";
 /// The option that gives slot arrays the devices of a scene.
@@ -126,7 +125,7 @@ impl Resolver<'_> {
     fn component(&mut self, tree: &ast::Component) -> Component {
         let (mut language, mut parameters, mut dependencies) = (None, None, Vec::new());
         let (mut state_machine, mut simulates_time, mut managed) = (None, false, false);
-        let (mut viewer, mut scene_slots, mut python) = (None, None, None);
+        let (mut viewer, mut scene_slots, mut python, mut gui) = (None, None, None, None);
         let (mut reactions, mut world, mut collects) = (None, None, Vec::new());
         let mut kinematics: Vec<(Name, Name)> = Vec::new();
         let (mut slots, mut period, mut communications) = (Vec::new(), DEFAULT_PERIOD, false);
@@ -141,7 +140,7 @@ impl Resolver<'_> {
                     slots = self.slots(all);
                 }
                 Clause::Language(name) => language = Some(self.language(name)),
-                Clause::Gui(kind, widget) => self.gui(word, kind, widget.as_ref()),
+                Clause::Gui(toolkit, widget) => gui = Some((word, toolkit, widget.as_ref())),
                 Clause::Options(names) => {
                     let shares_dsr = world::can_share_dsr(tree);
                     (viewer, scene_slots) = self.options(word, names, shares_dsr);
@@ -230,6 +229,9 @@ impl Resolver<'_> {
         if !self.found.has_errors() {
             self.unused_imports(&slots);
         }
+        let window = gui.and_then(|(word, toolkit, widget)| {
+            crate::window::window(word, toolkit, widget, language.as_ref(), self.found)
+        });
         let python = python.and_then(|(word, version, venv)| {
             crate::python::python(word, version, venv, language.as_ref(), self.found)
         });
@@ -249,18 +251,13 @@ impl Resolver<'_> {
             reactions,
             simulates_time,
             managed,
+            window,
             viewer,
             scene_slots,
             library: std::mem::take(&mut self.library),
             prototype_imports: Vec::new(),
             prototypes: Arc::default(),
         }
-    }
-
-    fn warn_not_generated(&mut self, word: &Name, what: &str) {
-        let message = format!("{what} has no effect yet: it is only checked");
-        self.found
-            .push(Diagnostic::warning("not-generated-yet", word.span, message));
     }
 
     fn language(&mut self, name: &Name) -> Name {
@@ -340,28 +337,6 @@ impl Resolver<'_> {
         out
     }
 
-    fn gui(&mut self, word: &Name, kind: &Name, widget: Option<&Name>) {
-        if !["qt", "egui"].contains(&kind.text.to_lowercase().as_str()) {
-            let message = format!("unknown GUI toolkit `{}`", kind.text);
-            self.found.push(
-                Diagnostic::error("unknown-gui", kind.span, message)
-                    .suggest(&kind.text, ["Qt", "egui"]),
-            );
-        }
-        if let Some(widget) = widget.filter(|w| {
-            !KNOWN_WIDGETS
-                .iter()
-                .any(|known| known.eq_ignore_ascii_case(&w.text))
-        }) {
-            let message = format!("unknown widget `{}`", widget.text);
-            self.found.push(
-                Diagnostic::error("unknown-widget", widget.span, message)
-                    .suggest(&widget.text, KNOWN_WIDGETS),
-            );
-        }
-        self.warn_not_generated(word, "`gui`");
-    }
-
     /// Where the options `InnerModelViewer` and `InnerModelSlots` are written. Of the others, only
     /// `dsr` has an effect, in some languages.
     fn options(
@@ -391,7 +366,9 @@ impl Resolver<'_> {
         let has_effect =
             |name: &Name| [viewer, scene_slots].contains(&Some(name.span)) || is_dsr(name);
         if !names.iter().all(has_effect) {
-            self.warn_not_generated(word, "`options`");
+            let message = "`options` has no effect yet: it is only checked";
+            let warning = Diagnostic::warning("not-generated-yet", word.span, message);
+            self.found.push(warning);
         }
         (viewer, scene_slots)
     }

@@ -85,6 +85,9 @@ pub(crate) fn of(view: &view::Component, guest: &Guest) -> Result<String, serde_
         });
         all["collects"] = collects.collect();
     }
+    if view.window.is_some() {
+        all["window"] = true.into();
+    }
     if let Some(machine) = &view.machine {
         all["machine"] = of_machine(machine)?;
     }

@@ -1,23 +1,12 @@
 //! Texts in the worker of an old component in C++ for which a new one has no counterpart.
 
+use rc_cdsl::ast::Clause;
+use rc_diagnostics::SourceMap;
 use std::io;
 use std::path::Path;
 
 /// A text in the code of an old worker, and what takes its place.
-const GONE: [(&str, &str); 21] = [
-    ("Q_OBJECT", "a worker is no QObject; remove it"),
-    (
-        "SIGNAL(",
-        "no signals of Qt; a handler or compute() runs in place of the slot",
-    ),
-    (
-        "SLOT(",
-        "no slots of Qt; a handler or compute() runs in place of it",
-    ),
-    (
-        "QObject::connect",
-        "no signals of Qt; a handler or compute() runs in place of the slot",
-    ),
+const GONE: [(&str, &str); 17] = [
     (
         "QTimer",
         "the runtime runs compute() once a period; remove the timer",
@@ -30,7 +19,10 @@ const GONE: [(&str, &str); 21] = [
         "std::mutex",
         "all functions of the worker run on one thread; it is only for threads of your own",
     ),
-    ("USE_QTGUI", "a worker in C++ has no window"),
+    (
+        "USE_QTGUI",
+        "a worker with `gui Qt(…);` is a window; remove the condition",
+    ),
     (
         "DSR::",
         "no shared world in C++; write this worker in Rust or Python (`world`), or ask a component that has it",
@@ -79,11 +71,48 @@ const GONE: [(&str, &str); 21] = [
     ),
 ];
 
+/// Those of a worker without a window.
+const GONE_WITHOUT_WINDOW: [(&str, &str); 4] = [
+    (
+        "Q_OBJECT",
+        "a worker is a QObject with `gui Qt(QWidget);` only; remove it",
+    ),
+    (
+        "SIGNAL(",
+        "no signals of Qt; a handler or compute() runs in place of the slot",
+    ),
+    (
+        "SLOT(",
+        "no slots of Qt; a handler or compute() runs in place of it",
+    ),
+    (
+        "QObject::connect",
+        "no signals of Qt; a handler or compute() runs in place of the slot",
+    ),
+];
+
+/// Whether a description has a window of Qt.
+fn has_window(cdsl: &Path) -> io::Result<bool> {
+    let text = rc_files::read(cdsl).map_err(|error| crate::paths::named(cdsl, &error))?;
+    let mut sources = SourceMap::new();
+    let source = sources.add(cdsl, &text);
+    let (file, _) = rc_cdsl::parse(&sources, source);
+    let mut clauses = file.component.into_iter().flat_map(|of| of.clauses);
+    Ok(clauses.any(|(_, clause)| {
+        matches!(clause, Clause::Gui(toolkit, _) if toolkit.text.eq_ignore_ascii_case("Qt"))
+    }))
+}
+
 /// Where the worker beside an old description has such a text: `FILE:LINE: TEXT: …`. Each text once a file.
 ///
 /// # Errors
 /// A file cannot be read.
 pub fn gone(cdsl: &Path) -> io::Result<Vec<String>> {
+    let without_window = if has_window(cdsl)? {
+        &[][..]
+    } else {
+        &GONE_WITHOUT_WINDOW[..]
+    };
     let folder = cdsl.parent().unwrap_or(Path::new("")).join("src");
     let mut all = Vec::new();
     for name in ["specificworker.h", "specificworker.cpp"] {
@@ -95,7 +124,7 @@ pub fn gone(cdsl: &Path) -> io::Result<Vec<String>> {
         let text = text.map_err(|error| crate::paths::named(&path, &error))?;
         // Comments of old files may be Latin-1.
         let text = String::from_utf8_lossy(&text);
-        for (word, instead) in GONE {
+        for (word, instead) in without_window.iter().chain(&GONE) {
             let mut lines = text.lines().enumerate();
             let found = lines.find(|(_, line)| uses(line, word));
             all.extend(

@@ -98,7 +98,10 @@ fn properties(component: &Component, language: &str) -> Vec<[String; 2]> {
         ),
         ("life cycle", yes(component.managed)),
         ("advances the time", yes(component.simulates_time)),
-        ("window", yes(component.viewer)),
+        (
+            "window",
+            yes(component.viewer || component.window.is_some()),
+        ),
         ("descriptions", Some(code(&component.hash))),
     ];
     let rows = rows

@@ -1,6 +1,7 @@
 //! A new component in a workspace.
 
 use crate::cargo_workspace::Workspace;
+use crate::cpp::print::FORM;
 use crate::files::{Files, Owner};
 use crate::load::FileLoader;
 use crate::{generator, names, paths};
@@ -212,6 +213,12 @@ impl NewComponent {
                 let text = rc_files::read(&path).map_err(|error| paths::named(&path, &error))?;
                 files.add(self.folder().join(file), Owner::Specific, text);
             }
+        }
+        let is_window = |clause: &Clause| matches!(clause, Clause::Gui(..));
+        let form = from.parent().unwrap_or(Path::new("")).join(FORM);
+        if component.clauses.iter().any(|(_, of)| is_window(of)) && form.is_file() {
+            let text = rc_files::read(&form).map_err(|error| paths::named(&form, &error))?;
+            files.add(self.folder().join(FORM), Owner::Specific, text);
         }
         let mut out = text.clone();
         edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));

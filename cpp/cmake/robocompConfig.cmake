@@ -68,6 +68,21 @@ function(robocomp_kinematics name)
   target_link_libraries(${name} PRIVATE Eigen3::Eigen)
 endfunction()
 
+# The window of the component `name`: `form` is its file of Qt's Designer. A macro, because cmake looks for
+# the version of Qt in the folder's variables.
+macro(robocomp_window name form)
+  find_package(Qt6 6.2 QUIET COMPONENTS Widgets)
+  if(NOT Qt6_FOUND)
+    message(FATAL_ERROR
+      "the window of ${name} needs Qt 6.2 or later; on Debian and Ubuntu: apt install qt6-base-dev")
+  endif()
+  qt6_wrap_ui(_robocomp_form ${form})
+  target_sources(${name} PRIVATE ${_robocomp_form})
+  target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
+  target_link_libraries(${name} PRIVATE Qt6::Widgets)
+  set_target_properties(${name} PROPERTIES AUTOMOC ON ROBOCOMP_WINDOW ON)
+endmacro()
+
 # A test of the component `name`, with the sources and libraries that its program has here: a program whose
 # `main` uses generated/testing.h. With ROBOCOMP_TESTS=ON it is built, and ctest runs it.
 function(robocomp_test name)
@@ -77,15 +92,20 @@ function(robocomp_test name)
   # What the program compiles is not compiled again, except its `main`.
   set(objects "$<FILTER:$<TARGET_OBJECTS:${name}>,EXCLUDE,generated/main\\.cpp>")
   get_target_property(libraries ${name} LINK_LIBRARIES)
+  get_target_property(includes ${name} INCLUDE_DIRECTORIES)
+  get_target_property(window ${name} ROBOCOMP_WINDOW)
   foreach(test IN LISTS ARGN)
     get_filename_component(test_name ${test} NAME_WE)
     set(target ${name}_${test_name})
     add_executable(${target} ${test} ${objects})
     add_dependencies(${target} ${name})
-    target_include_directories(${target} PRIVATE generated src)
+    target_include_directories(${target} PRIVATE ${includes})
     target_link_libraries(${target} PRIVATE ${libraries})
     set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF ENABLE_EXPORTS ON)
     add_test(NAME ${target} COMMAND ${target})
     set_tests_properties(${target} PROPERTIES TIMEOUT 60)
+    if(window)
+      set_tests_properties(${target} PROPERTIES ENVIRONMENT "QT_QPA_PLATFORM=offscreen")
+    endif()
   endforeach()
 endfunction()

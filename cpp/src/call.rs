@@ -32,6 +32,8 @@ pub(crate) enum Function {
     Answer,
     /// The worker under test has opened a member of a slot array.
     Opened,
+    /// Runs events of the window until a descriptor is readable, at most for some nanoseconds.
+    Wait,
     /// Ends the worker.
     End,
 }

@@ -22,7 +22,9 @@ use rc_runtime::{
     WorkerError,
 };
 use rc_values::{Struct, Value, decode, encode_body};
+use std::os::fd::{AsRawFd, BorrowedFd};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A running worker with its context.
 pub(crate) struct Component {
@@ -297,6 +299,24 @@ impl Joined for Component {
 
     fn finalize(&mut self) {
         self.quietly(Function::Finalize, "finalize");
+    }
+
+    fn has_window(&self) -> bool {
+        self.program.window
+    }
+
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        let descriptor = usize::try_from(events.as_raw_fd()).unwrap_or_default();
+        let limit = usize::try_from(limit.as_nanos()).unwrap_or(usize::MAX);
+        let waited = self.run(&Call {
+            numbers: (descriptor, limit),
+            ..Call::of(Function::Wait)
+        });
+        waited.outcome().unwrap_or(Ok(()))
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {

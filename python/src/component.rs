@@ -26,7 +26,9 @@ use rc_runtime::{
     Body, Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values, WorkerError,
 };
 use rc_values::{Named, Type, Value};
+use std::os::fd::{AsRawFd, BorrowedFd};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Component as the generated package hands it over, ready to start.
 pub(crate) struct Start {
@@ -120,6 +122,10 @@ impl Start {
         let context = context.unbind();
         let worlds = context.getattr(py, "_world_slots")?.extract(py)?;
         worker.call(py, "initialize", (context.bind(py),))?;
+        if self.program.window {
+            let window = worker.object(py);
+            window.call_method1("_robocomp_show", (context.bind(py),))?;
+        }
         Ok((context, worker, worlds))
     }
 }
@@ -455,6 +461,26 @@ impl Joined for PythonComponent {
         did.unwrap_or_else(|error| {
             rc_runtime::tracing::error!("the world: {error}");
             true
+        })
+    }
+
+    fn has_window(&self) -> bool {
+        self.program.window
+    }
+
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        let milliseconds = limit.as_nanos().div_ceil(1_000_000);
+        self.run(|py, component| {
+            let window = component.worker.object(py);
+            let arguments = (events.as_raw_fd(), milliseconds);
+            let waited = window.call_method1("_robocomp_run", arguments);
+            waited
+                .map(drop)
+                .map_err(|error| errors::of_worker(py, &error))
         })
     }
 

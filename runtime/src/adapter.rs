@@ -20,7 +20,9 @@ use rc_middleware::Member;
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
 use std::ops::DerefMut;
+use std::os::fd::BorrowedFd;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// The life of a worker, joined with its context. The functions of a state machine are those of
 /// [`Hooks`].
@@ -65,6 +67,21 @@ pub trait Joined: Living {
     /// As [`Component::turn`].
     fn turn(&mut self) -> bool {
         false
+    }
+
+    /// As [`Component::has_window`].
+    fn has_window(&self) -> bool {
+        false
+    }
+
+    /// As [`Component::wait_in_window`].
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        let _ = (events, limit);
+        Ok(())
     }
 
     /// As [`Component::sending_peers`].
@@ -233,6 +250,18 @@ impl<J: Joined> Component for Adapter<J> {
 
     fn turn(&mut self) -> bool {
         self.0.turn()
+    }
+
+    fn has_window(&self) -> bool {
+        self.0.has_window()
+    }
+
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        self.0.wait_in_window(events, limit)
     }
 
     fn machine(&mut self) -> Option<&mut Parts> {

@@ -10,6 +10,8 @@ use rc_middleware::shared_value::HeldValue;
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{Ended, HandlerError, Request};
 use rc_middleware::{Encoding, KeptSample, Member, Message, Reader};
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
 
 /// A worker with its context, as generated code joins them.
 ///
@@ -46,6 +48,22 @@ pub trait Component {
     /// Runs in each turn of the event loop, after handlers. Returns whether it did anything.
     fn turn(&mut self) -> bool {
         false
+    }
+
+    /// Whether the worker is a window, whose events run while the event loop waits.
+    fn has_window(&self) -> bool {
+        false
+    }
+
+    /// Runs the events of the window until `events` is readable or `limit` is over. An error is that
+    /// of an event.
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        let _ = (events, limit);
+        Ok(())
     }
 
     /// The state machine of the component.

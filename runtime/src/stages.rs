@@ -350,6 +350,10 @@ impl<'a> Connected<'a> {
         // A component with slot arrays may have done so in `start`.
         prepared.slots.complete()?;
         self.receivers.extend(self.ports.take_members());
+        if component.has_window() && matches!(self.exact, Exact::Record(_)) {
+            let message = "--record: a component with a window has no exact recording; what people do in it is not kept";
+            return Err(StartError::Usage(message.to_owned()));
+        }
         let component: Box<dyn Component + 'a> = match &self.exact {
             Exact::Record(recorder) => Box::new(Recorded::new(component, recorder.clone())),
             Exact::Off | Exact::Replay(_) => Box::new(component),

@@ -155,7 +155,7 @@ fn a_missing_semicolon_is_one_error_at_its_location() {
             c.cdsl:8:12: error[missing-semicolon]: expected `;`
             c.cdsl:9:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
             c.cdsl:9:17: error[missing-semicolon]: expected `;`
-            c.cdsl:10:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
+            c.cdsl:10:1: error[gui-in-rust]: workers in Rust have no window of Qt; the language of this component at c.cdsl:7:10 (write the component with the window in C++ or Python (`language cpp;`), or show the tree of this one with `options InnerModelViewer;`, write on a terminal, or serve a page)
             c.cdsl:10:16: error[missing-semicolon]: expected `;`
             c.cdsl:11:20: error[missing-semicolon]: expected `;`
             c.cdsl:12:26: error[missing-semicolon]: expected `;`
@@ -325,7 +325,6 @@ fn syntax_errors_in_clauses() {
         "language rsut;\ngui Qtt (QWidgt);\noptions drs, foo;\nperiod 10us;\nlifecycle manged;",
         &expect![[r#"
             c.cdsl:5:10: error[unknown-language]: unknown language `rsut` (did you mean `rust`?)
-            c.cdsl:6:1: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
             c.cdsl:6:5: error[unknown-gui]: unknown GUI toolkit `Qtt` (did you mean `Qt`?)
             c.cdsl:6:10: error[unknown-widget]: unknown widget `QWidgt` (did you mean `QWidget`?)
             c.cdsl:7:1: warning[not-generated-yet]: `options` has no effect yet: it is only checked
@@ -339,7 +338,7 @@ fn syntax_errors_in_clauses() {
         USED,
         "language cpp; gui egui; options dsr; statemachine \"x.smdsl\" visual;",
         &expect![[r#"
-            c.cdsl:5:15: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
+            c.cdsl:5:15: warning[not-generated-yet]: `gui egui` has no effect yet: it is only checked
             c.cdsl:5:25: warning[not-generated-yet]: `options` has no effect yet: it is only checked
         "#]],
     );
@@ -521,9 +520,7 @@ fn the_habits_of_robocomp_are_accepted() {
     let slots = check_file(
         "\u{feff}import \"/opt/robocomp/interfaces/IDSLs/Laser.idsl\";\r\nimport \"../..//Pub\";\r\n\r\nComponent publish\r\n{\r\n\tCommunications\r\n\t{\r\n\
          \t\timplements Laser(ice), Laser;\trequires Laser;\r\n\t\tpublishes LaserPub;\r\n\t};\r\n\tlanguage Cpp11;\r\n\tgui Qt(QMainWindow);\r\n}",
-        &expect![[r#"
-            c.cdsl:12:2: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
-        "#]],
+        &expect![""],
     );
     expect!["implements Laser, implements Laser1, requires Laser2, publishes LaserPub"]
         .assert_eq(&slots.join(", "));
@@ -553,7 +550,6 @@ fn constructs_of_real_files_are_accepted() {
         &expect![[r#"
             c.cdsl:1:29: warning[unused-import]: unused import of `Second`
             c.cdsl:2:41: warning[ambiguous-interface]: ambiguous interface `Laser`: using `RoboCompLaser::Laser`, which is imported first; used at Laser.idsl:1:56; not used at Second.idsl:1:27
-            c.cdsl:2:65: warning[not-generated-yet]: `gui` has no effect yet: it is only checked
         "#]],
     );
     // The modules that a used interface depends on may also be imported.

@@ -25,6 +25,8 @@ pub(crate) struct Component<'a> {
     simulates_time: bool,
     /// The solvers of robots, each in a header with a namespace of its name.
     pub(crate) kinematics: Vec<Kinematics<'a>>,
+    /// The class of Qt that the worker is, if it is a window.
+    pub(crate) window: Option<&'static str>,
     pub(crate) headers: Vec<Header>,
     slots: Vec<Slot>,
     handlers: Vec<Handler>,
@@ -341,6 +343,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .iter()
             .map(|robot| Kinematics::of(robot, robot.name.clone(), &robot.cpp))
             .collect(),
+        window: view.window,
         headers: library::of(view),
         slots: kept.collect(),
         handlers,

@@ -12,7 +12,11 @@ use tera::{Context, Tera};
 static TEMPLATES: &[(&str, &str)] = templates![
     "cpp": "module.h", "parameters.h", "machine.h", "genericworker.h", "description.h", "testing.h", "patterns.h",
     "component.cpp", "description.cpp", "main.cpp", "component.cmake", "cmakelists.txt", "gitignore", "user_worker.h", "user_worker.cpp", "user_test.cpp",
+    "user_form.ui",
 ];
+
+/// The window of a worker, as Qt's Designer reads it.
+pub(crate) const FORM: &str = "src/mainUI.ui";
 
 /// The first test of a new component.
 pub(crate) const FIRST_TEST: &str = "tests/worker_test.cpp";
@@ -73,6 +77,9 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
             "parameters.h",
             &all,
         )?;
+    }
+    if component.window.is_some() {
+        add(FORM.into(), Owner::Specific, "user_form.ui", &all)?;
     }
     if component.machine.is_some() {
         add(generated("machine.h"), Owner::Generic, "machine.h", &all)?;

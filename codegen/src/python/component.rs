@@ -64,6 +64,8 @@ pub(crate) struct Component<'a> {
     doc: String,
     pub(crate) package: String,
     managed: bool,
+    /// The class of Qt that the worker is, if it is a window.
+    window: Option<&'static str>,
     simulates_time: bool,
     /// Whether it has a tree of InnerModel, and a window for it.
     viewer: bool,
@@ -271,6 +273,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         ),
         package: names::package(&view.name),
         managed: view.managed,
+        window: view.window,
         simulates_time: view.simulates_time,
         viewer: view.viewer,
         world,
@@ -278,7 +281,15 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         ages: view.has_ages(),
         sends: slots.iter().any(|slot| slot.sends),
         receives: handlers().next().is_some(),
-        worker_imports: Imports::of(&signatures, &[("_robocomp.", true)], worker_imports),
+        worker_imports: Imports::of(
+            &signatures,
+            &[
+                ("_robocomp.", true),
+                ("_pathlib.", view.window.is_some()),
+                ("_window.", view.window.is_some()),
+            ],
+            worker_imports,
+        ),
         worker_base: if view.managed {
             "ManagedWorker"
         } else {

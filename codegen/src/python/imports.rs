@@ -8,6 +8,7 @@ const LINES: [&[(&str, &str)]; 2] = [
         ("_abc.", "import collections.abc as _abc"),
         ("_dataclasses.", "import dataclasses as _dataclasses"),
         ("_enum.", "import enum as _enum"),
+        ("_pathlib.", "import pathlib as _pathlib"),
         ("_typing.", "import typing as _typing"),
     ],
     &[
@@ -17,6 +18,7 @@ const LINES: [&[(&str, &str)]; 2] = [
         ("_innermodel.", "import robocomp.innermodel as _innermodel"),
         ("_testing.", "import robocomp.testing as _testing"),
         ("_testing.", "from robocomp.testing import Fault, in_place"),
+        ("_window.", "import robocomp.window as _window"),
         ("_shared.", "import robocomp.world as _shared"),
     ],
 ];

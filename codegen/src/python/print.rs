@@ -1,6 +1,7 @@
 //! Prints the Python of a component.
 
 use super::{component, handlers, layout};
+use crate::cpp::print::FORM;
 use crate::description::Guest;
 use crate::files::{Files, GENERATED, Owner};
 use crate::templates::{self, TemplateError, templates};
@@ -25,7 +26,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 15] = [
+static TEMPLATES: [Template; 16] = [
     Template::new(templates!["python": "module.py"]),
     Template::new(templates!["python": "interface.py"]),
     Template::new(templates!["python": "init.py"]),
@@ -41,6 +42,7 @@ static TEMPLATES: [Template; 15] = [
     Template::new(templates!["python": "gitignore"]),
     Template::new(templates!["python": "user_worker.py"]),
     Template::new(templates!["python": "user_test.py"]),
+    Template::new(templates!["cpp": "user_form.ui"]),
 ];
 
 /// The test that a new component begins with.
@@ -165,6 +167,9 @@ pub(crate) fn files(
         (FIRST_TEST, "user_test.py"),
     ] {
         add(path.into(), Owner::Specific, template);
+    }
+    if view.window.is_some() {
+        add(FORM.into(), Owner::Specific, "user_form.ui");
     }
     let texts = parallel::map(&mut jobs, |job| {
         print(job.template, job.context.unwrap_or(&all))

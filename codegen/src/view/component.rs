@@ -48,6 +48,9 @@ pub struct Component {
     pub simulates_time: bool,
     /// Whether it has the life cycle of a managed component.
     pub managed: bool,
+    /// The class of Qt that the worker is, if it is a window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<&'static str>,
     /// Whether it holds a tree of InnerModel, which a window shows.
     pub viewer: bool,
     /// The slots, in the order of the text.
@@ -375,6 +378,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
             .map(|all| all.iter().map(Reaction::of).collect()),
         simulates_time: component.simulates_time,
         managed: component.managed,
+        window: component.window.map(|window| window.widget),
         viewer: viewer::is_on(component, project.parameters.as_ref()),
         ros_types: ros::definitions(library, &external_types),
         slots,

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RC_ABI_VERSION 4
+#define RC_ABI_VERSION 5
 #define RC_RELEASE "0.1.0"
 
 /* Bytes of the caller, or of the callee until its next call on the same thread. */
@@ -72,6 +72,7 @@ enum rc_function {
   RC_ENDED,
   RC_ANSWER, /* of a fake server */
   RC_OPENED, /* a member of a slot array, in a test */
+  RC_WAIT,   /* in a window, until the descriptor `first` is readable, at most `second` nanoseconds */
   RC_END
 };
 

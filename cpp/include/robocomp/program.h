@@ -208,14 +208,19 @@ class Program {
   void dispatch(const rc_call& raw) {
     const auto function = static_cast<rc_function>(raw.function);
     if (function == RC_INITIALIZE) {
+      prepared_ = Specific::rc_prepare();
       worker_ = std::make_unique<Specific>();
       worker_base().rc_set_parameters(call_->body);
       worker_base().initialize();
+      worker_base().rc_show();
       return enter_emergency();
     }
     if (!worker_) return;  // its constructor has thrown
     Worker& worker = worker_base();
     switch (function) {
+      case RC_WAIT:
+        worker.rc_wait(static_cast<int>(raw.first), std::chrono::nanoseconds(raw.second));
+        return enter_emergency();
       case RC_COMPUTE: worker.compute(); return enter_emergency();
       case RC_SET_PARAMETERS: return worker.rc_set_parameters(call_->body);
       case RC_PARAMETERS_CHANGED: {
@@ -260,6 +265,8 @@ class Program {
 
   Worker& worker_base() { return *worker_; }
 
+  // Ends after the worker.
+  std::shared_ptr<void> prepared_;
   std::unique_ptr<Specific> worker_;
   std::unique_ptr<detail::Call> call_;
   std::string text_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -101,10 +102,17 @@ class Worker {
     emergency_reason_ = reason;
   }
 
+  // Prepares what a worker needs before it is made, and returns its owner.
+  static std::shared_ptr<void> rc_prepare() { return nullptr; }
+
  protected:
   // Generated code sets its parameters, and lists its functions.
   virtual void rc_set_parameters(detail::Reader&) {}
   virtual const std::vector<detail::Entry>& rc_functions() const = 0;
+  // Of a worker that is a window: shows it, and runs its events until the descriptor is readable or
+  // the time is over.
+  virtual void rc_show() {}
+  virtual void rc_wait(int /*descriptor*/, std::chrono::nanoseconds /*limit*/) {}
   // Says that the worker did not write the function that runs.
   void rc_not_written() { is_written_ = false; }
 

@@ -13,7 +13,7 @@ use std::process::Command;
 const CPP: &str = "cdsl \"../avoider_cpp/avoider_cpp.cdsl\";";
 
 /// `rcdeploy` with cmake in its path.
-fn tool(site: &Site, cmake: &Path) -> Command {
+pub(crate) fn tool(site: &Site, cmake: &Path) -> Command {
     let mut command = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
     let path = std::env::var_os("PATH").unwrap_or_default();
     let all = [cmake.to_path_buf()]
@@ -26,9 +26,9 @@ fn tool(site: &Site, cmake: &Path) -> Command {
     command
 }
 
-/// `ctest` in the folder of the build.
-fn its_own_test_passes(site: &Site, cmake: &Path) {
-    let folder = Site::components().join("avoider_cpp");
+/// `ctest` in the folder of the build of a component.
+pub(crate) fn its_own_test_passes(site: &Site, cmake: &Path, component: &str) {
+    let folder = Site::components().join(component);
     let (source, build) = (folder.to_string_lossy(), folder.join("build"));
     let build = build.to_string_lossy();
     for words in [
@@ -137,7 +137,7 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     site.assert_nothing_left();
     let commands = Site::components().join("avoider_cpp/build/compile_commands.json");
     assert!(commands.exists(), "an editor finds no flags");
-    its_own_test_passes(&site, &cmake);
+    its_own_test_passes(&site, &cmake, "avoider_cpp");
     gdb_stops_it_in_its_worker(&site, &cmake);
     a_sanitizer_builds_another_program(&site, &cmake);
 

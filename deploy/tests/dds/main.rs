@@ -31,6 +31,7 @@ mod tf;
 mod time;
 mod tools;
 mod turning;
+mod window;
 mod world;
 mod world_soak;
 

@@ -19,6 +19,16 @@ pub(crate) fn workspace(
     test: &str,
 ) -> Option<Site> {
     let python = python::packages("python-numpy", NUMPY, test)?;
+    workspace_in(python, network, component, files)
+}
+
+/// As [`workspace`], with the environment of an interpreter.
+pub(crate) fn workspace_in(
+    python: &Path,
+    network: &str,
+    component: &str,
+    files: &[(&str, &str)],
+) -> Option<Site> {
     let environment = python.ancestors().nth(2)?;
     let site = Site::new(network);
     let framework = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -34,6 +34,8 @@ struct Text {
     managed: bool,
     #[serde(default)]
     simulates_time: bool,
+    #[serde(default)]
+    window: bool,
     types: Vec<Module>,
     slots: Vec<SlotText>,
     /// Definitions of the messages and services that are not part of ROS 2 itself.
@@ -111,6 +113,8 @@ pub struct Machine {
 pub struct Program {
     /// For the runtime.
     pub description: &'static rc_runtime::Description,
+    /// Whether the worker is a window.
+    pub window: bool,
     /// The slots, by their numbers.
     pub slots: Vec<Slot>,
     /// Its collections of samples.
@@ -205,6 +209,7 @@ impl Program {
             description: Box::leak(Box::new(description)),
             collected: text.collects.into_iter().map(|of| of.handler).collect(),
             collects: collects.leak(),
+            window: text.window,
             slots,
             machine: text.machine.map(|machine| &*Box::leak(Box::new(machine))),
         })

@@ -250,6 +250,7 @@ impl<'a> EventLoop<'a> {
         } else {
             limit
         };
+        let limit = self.wait_in_window(limit);
         let limit = Timespec {
             tv_sec: 0,
             tv_nsec: i64::from(limit.subsec_nanos()),
@@ -281,6 +282,25 @@ impl<'a> EventLoop<'a> {
             }
         }
         Ok(due)
+    }
+
+    /// Waits in the window of the worker, if it has one. Returns for how long the loop waits itself.
+    fn wait_in_window(&mut self, limit: Duration) -> Duration {
+        if !self.component.has_window() {
+            return limit;
+        }
+        let hops = self.connections.hops();
+        hops.begin();
+        let result = self.component.wait_in_window(self.epoll.as_fd(), limit);
+        hops.end(false);
+        if let Err(WorkerError::Failed(message)) = &result {
+            if self.logged.allows(Instant::now()) {
+                tracing::warn!("the window: {message}");
+            }
+            self.shared.status().last_error = Some(message.clone());
+        }
+        self.apply(result);
+        Duration::ZERO
     }
 
     /// Makes the loop look at every port, once in the time of the longest wait. Says whether it

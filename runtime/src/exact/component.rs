@@ -13,7 +13,9 @@ use rc_middleware::Member;
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request};
 use std::borrow::Cow;
+use std::os::fd::BorrowedFd;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Passes all calls to a component, and records them. Samples and requests are recorded where they
 /// arrive.
@@ -94,6 +96,18 @@ impl<C: Component> Component for Recorded<C> {
         let did = self.run(Kind::Turn, String::new(), Component::turn);
         self.recorder.end_idle_turn(did);
         did
+    }
+
+    fn has_window(&self) -> bool {
+        self.component.has_window()
+    }
+
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        self.component.wait_in_window(events, limit)
     }
 
     fn machine(&mut self) -> Option<&mut Parts> {

@@ -6,6 +6,7 @@ pub mod cmake;
 pub mod debian;
 pub mod python;
 pub mod ros_packages;
+pub mod screen;
 mod shared_builds;
 
 pub use shared_builds::share_builds;

@@ -258,6 +258,20 @@ fn a_component_of_robocomp() {
     for file in ["generated/testing.h", "tests/worker_test.cpp"] {
         assert!(robot.join("components/marks").join(file).exists());
     }
+    // A window keeps its signals and its form.
+    let with_window =
+        "Component Pane { Communications { }; language Cpp11; gui Qt(QMainWindow); };\n";
+    write(&old.join("pane.cdsl"), with_window);
+    write(&old.join("src/mainUI.ui"), "<ui/>\n");
+    let (code, out, err) = rcgen(&robot, &["new", "pane", "--from", "../old/pane.cdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(!err.contains("SIGNAL"), "{err}");
+    let pane = robot.join("components/pane");
+    assert_eq!(read(&pane.join("src/mainUI.ui")), "<ui/>\n");
+    let worker = read(&pane.join("generated/genericworker.h"));
+    let base = "class GenericWorker : public rc::Window<QMainWindow>, public Ui::guiDlg {\n";
+    assert!(worker.contains(base), "{worker}");
+    assert!(read(&pane.join("src/specificworker.h")).contains("Q_OBJECT"));
 }
 
 #[test]

@@ -4,7 +4,6 @@ mod edited_files;
 mod editing;
 mod files;
 mod pointing;
-mod screen;
 mod whole;
 mod windows;
 

@@ -1,6 +1,5 @@
 //! The window, on a display without a monitor.
 
-use crate::screen::Screen;
 use crate::{rcview, scene};
 use innermodel::{ColouredPoint, Folders, InnerModel, Point, Pose, Time};
 use innermodel_render::Image;
@@ -9,6 +8,7 @@ use innermodel_viewer::{
     ViewerAction, innermodel,
 };
 use rc_test_support::python::skipped;
+use rc_test_support::screen::Screen;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};

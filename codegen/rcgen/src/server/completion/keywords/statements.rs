@@ -110,7 +110,10 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
                 "options",
                 "Options of the component, such as `InnerModelViewer`.",
             ),
-            ("gui", "The window of a component of RoboComp."),
+            (
+                "gui",
+                "`gui Qt(QWidget);`: the worker, in C++ or Python, is a window.",
+            ),
         ],
     ),
     (
@@ -391,7 +394,7 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
         &[
             (
                 "Qt",
-                "A toolkit of RoboComp, for which nothing is generated.",
+                "The worker is a window of Qt: `Qt(QWidget)`, `Qt(QMainWindow)`, `Qt(QDialog)`.",
             ),
             ("egui", "A toolkit for which nothing is generated."),
         ],

@@ -1,15 +1,15 @@
 //! A display without a monitor: Xvfb of Debian.
 
-use rc_test_support::debian::provided;
+use crate::debian::provided;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// A running display. Dropping it ends it.
-pub(crate) struct Screen {
+pub struct Screen {
     server: Child,
     /// The value of the variable `DISPLAY`.
-    pub(crate) name: String,
+    pub name: String,
 }
 
 impl Drop for Screen {
@@ -20,8 +20,11 @@ impl Drop for Screen {
 }
 
 impl Screen {
-    /// Starts a display that no other process uses. The error is the reason why there is none.
-    pub(crate) fn new() -> Result<Self, String> {
+    /// Starts a display that no other process uses.
+    ///
+    /// # Errors
+    /// The reason why there is none.
+    pub fn new() -> Result<Self, String> {
         let place = provided("xvfb", &|place| Self::start(place).is_ok())?;
         Self::start(place.as_deref())
     }

@@ -1,0 +1,38 @@
+#include "scanview.h"
+
+#include <QPainter>
+#include <QPolygonF>
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+// The distance at the edge of the picture, in millimetres.
+constexpr double RANGE = 4000;
+
+}  // namespace
+
+void ScanView::show_scan(const RoboCompLaser::TLaserData& scan) {
+  scan_ = scan;
+  update();
+}
+
+void ScanView::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.fillRect(rect(), QColor(24, 28, 36));
+  painter.translate(rect().center());
+  const double scale = std::min(width(), height()) / (2 * RANGE);
+  QPolygonF seen;
+  seen << QPointF(0, 0);
+  for (const auto& measure : scan_) {
+    const double length = std::min<double>(measure.dist, RANGE) * scale;
+    seen << QPointF(-length * std::sin(measure.angle), -length * std::cos(measure.angle));
+  }
+  painter.setPen(QColor(90, 200, 120));
+  painter.setBrush(QColor(40, 110, 70));
+  painter.drawPolygon(seen);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor(240, 240, 240));
+  painter.drawEllipse(QPointF(0, 0), 6, 6);
+}
