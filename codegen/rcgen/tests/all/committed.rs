@@ -32,7 +32,6 @@ fn collect(folder: &Path, component: Option<&str>, found: &mut Vec<Generated>) {
         match component {
             // Other tests build these files meanwhile; they are not committed.
             _ if name.starts_with('.') || matches!(name, "target" | "build" | "__pycache__") => {}
-            None if name == "generated" && is_ignored(folder) => {}
             None if path.is_dir() => {
                 let owner = folder.file_name().and_then(|owner| owner.to_str());
                 let owner = (name == "generated").then(|| owner.expect("a name in UTF-8"));
@@ -51,12 +50,6 @@ fn collect(folder: &Path, component: Option<&str>, found: &mut Vec<Generated>) {
             None => {}
         }
     }
-}
-
-/// Whether git ignores the generated files of this folder.
-fn is_ignored(folder: &Path) -> bool {
-    let ignored = std::fs::read_to_string(folder.join(".gitignore"));
-    ignored.is_ok_and(|text| text.lines().any(|line| line == "generated/"))
 }
 
 fn without_language(component: &str) -> &str {
