@@ -204,6 +204,8 @@ impl CallEnd {
 pub struct Sample<'a> {
     /// How its body is encoded.
     pub encoding: Encoding,
+    /// When it was sent, see [`rc_middleware::Header::sent`].
+    pub sent: u64,
     /// The memory of its body.
     pub body: Body<'a>,
 }

@@ -284,6 +284,8 @@ impl HopNotes {
         if let Some(input) = input {
             local.current = Some((slot, operation));
             local.begun = input.begun;
+        } else if local.pairs.iter().any(|pair| pair.input.is_none()) {
+            local.begun = (self.clock)();
         }
     }
 
@@ -357,10 +359,16 @@ impl HopNotes {
         stamp: impl Fn(&Stamp) -> u64,
     ) {
         let local = &mut *self.local.borrow_mut();
+        let mut passed_on = None;
         for (at, pair) in local.pairs.iter().enumerate() {
             if !pair.output.as_ref().is_some_and(&is_output) {
                 continue;
             }
+            // A proxy passes the time on at which a message was sent first.
+            let left = match local.begun {
+                begun if left < begun => *passed_on.get_or_insert_with(self.clock),
+                _ => left,
+            };
             let Some(end) = &pair.input else {
                 self.push(Hop {
                     sender: 0,

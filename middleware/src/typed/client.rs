@@ -40,6 +40,7 @@ pub struct TypedClient {
     id: RequestId,
     timeout: Duration,
     sent: Counter,
+    age: Duration,
     started: BTreeMap<u64, Started>,
     /// Calls that have ended and that somebody still has.
     ended: BTreeMap<u64, EndedResult>,
@@ -77,6 +78,7 @@ impl TypedClient {
             id,
             timeout,
             sent: Counter::default(),
+            age: Duration::ZERO,
             started: BTreeMap::new(),
             ended: BTreeMap::new(),
         }
@@ -106,6 +108,12 @@ impl TypedClient {
     /// `cache`, or no reply came.
     pub fn freshness(&self) -> Option<Freshness> {
         self.port.freshness()
+    }
+
+    /// How old the value of the last reply was when its call began, see [`Ended::age`]. That of a
+    /// started call is in its end.
+    pub fn age(&self) -> Duration {
+        self.age
     }
 
     /// Sends a command, whose parameters `write` serializes. `Ok` means that the queue of a live
@@ -145,9 +153,12 @@ impl TypedClient {
         let (mut read, mut outcome) = (Some(read), None);
         let timeout = self.timeout;
         self.id.sequence = self.sent.next();
-        let pending = self.pending(operation);
-        submit(self, &mut |port, header, request| {
+        let mut pending = self.pending(operation);
+        let mut age = Duration::ZERO;
+        let submitted = submit(self, &mut |port, header, request| {
+            pending.sent(port, header);
             port.call_message(header, request, timeout, &mut |header, message| {
+                age = pending.age(header);
                 if let Some(read) = read.take() {
                     outcome = Some(match open(&message, header, pending) {
                         Ok((case, mut reader)) => read(case, &mut reader),
@@ -155,7 +166,9 @@ impl TypedClient {
                     });
                 }
             })
-        })?;
+        });
+        self.age = age;
+        submitted?;
         outcome.unwrap_or_else(|| Err(CallError::from(DecodeError::Truncated(0)).into()))
     }
 
@@ -218,9 +231,10 @@ impl TypedClient {
         }
         let timeout = self.timeout;
         self.id.sequence = self.sent.next();
-        let request = self.pending(operation);
-        submit(self, &mut |port, header, request| {
-            port.start(header, request, timeout)
+        let mut request = self.pending(operation);
+        submit(self, &mut |port, header, body| {
+            request.sent(port, header);
+            port.start(header, body, timeout)
         })?;
         let (call, holder) = Call::new(request.id);
         self.started
@@ -258,7 +272,8 @@ impl TypedClient {
         let (mut read, mut value) = (Some(read), None);
         let polled = port.poll_message(&mut |sequence, header, message| {
             if let (Some(request), Some(read)) = (end(sequence), read.take()) {
-                value = Some(read(request.ended(open(&message, header, request))));
+                let reply = open(&message, header, request);
+                value = Some(read(request.ended(request.age(header), reply)));
             }
         });
         let (sequence, result) = polled?;
@@ -267,7 +282,7 @@ impl TypedClient {
         }
         let (request, read) = (end(sequence)?, read?);
         let error = result.err()?;
-        Some(read(request.ended(Err(error))))
+        Some(read(request.ended(Duration::ZERO, Err(error))))
     }
 
     /// Keeps the result of a call that has ended until it is taken, or its [`Call`] is dropped.
@@ -382,6 +397,7 @@ impl TypedClient {
             type_hash: operation.type_hash,
             profile: self.port.profile(),
             replies: operation.replies,
+            asked: 0,
         }
     }
 }

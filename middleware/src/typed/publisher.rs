@@ -60,18 +60,6 @@ impl TypedPublisher {
         &self.sent
     }
 
-    /// Sends the sample that the writer holds.
-    fn publish(&mut self) -> Result<(), SendError> {
-        let body = self.writer.finish()?;
-        let header = Header {
-            type_hash: self.operation.type_hash,
-            sequence: self.sent.next(),
-            sent: now(),
-            ..Header::default()
-        };
-        self.port.publish(header, body)
-    }
-
     /// Sends one sample, which `write` serializes. Large arrays are written straight into memory of
     /// the middleware, which takes a second pass: `write` must write the same each time.
     ///
@@ -79,6 +67,16 @@ impl TypedPublisher {
     /// cannot be encoded takes no sequence number. While the gate is closed, nothing is sent, which
     /// is not an error.
     pub fn publish_with(&mut self, write: impl Fn(&mut Writer<'_>)) -> Result<(), SendError> {
+        self.forward_with(0, write)
+    }
+
+    /// [`TypedPublisher::publish_with`] for a sample that another publisher sent at `sent`, by
+    /// [`Header::sent`], so that it keeps its age; 0 means now.
+    pub fn forward_with(
+        &mut self,
+        sent: u64,
+        write: impl Fn(&mut Writer<'_>),
+    ) -> Result<(), SendError> {
         if !self.gate.is_open() {
             self.withheld.next();
             return Ok(());
@@ -90,7 +88,9 @@ impl TypedPublisher {
         }
         write(&mut self.writer);
         if !self.writer.has_skipped() {
-            return self.publish();
+            let body = self.writer.finish()?;
+            let header = header(&self.operation, &self.sent, sent);
+            return self.port.publish(header, body);
         }
         let length = self.writer.len();
         self.writer.finish()?;
@@ -103,12 +103,7 @@ impl TypedPublisher {
             }
         };
         fill(loan.memory_mut(), write)?;
-        loan.send(Header {
-            type_hash: self.operation.type_hash,
-            sequence: self.sent.next(),
-            sent: now(),
-            ..Header::default()
-        })
+        loan.send(header(&self.operation, &self.sent, sent))
     }
 
     /// Sends one sample of these parameters, as [`TypedPublisher::publish_with`]. Subscribers in
@@ -122,12 +117,7 @@ impl TypedPublisher {
             return Ok(());
         }
         let value = SharedValue::of(parameters)?;
-        let header = Header {
-            type_hash: self.operation.type_hash,
-            sequence: self.sent.next(),
-            sent: now(),
-            ..Header::default()
-        };
+        let header = header(&self.operation, &self.sent, 0);
         self.port.publish_value(header, value)
     }
 
@@ -168,16 +158,23 @@ impl TypedPublisher {
         loan: Box<dyn LoanedSample>,
         encode: ImageEncoder<'_>,
     ) -> Result<(), SendError> {
+        self.forward_image(0, loan, encode)
+    }
+
+    /// [`TypedPublisher::send_image`] with `sent` as for [`TypedPublisher::forward_with`].
+    pub fn forward_image(
+        &mut self,
+        sent: u64,
+        loan: Box<dyn LoanedSample>,
+        encode: ImageEncoder<'_>,
+    ) -> Result<(), SendError> {
         if !self.gate.is_open() {
             self.withheld.next();
             return Ok(());
         }
         let header = Header {
-            type_hash: self.operation.type_hash,
-            sequence: self.sent.next(),
-            sent: now(),
             encoding: Encoding::Image,
-            ..Header::default()
+            ..header(&self.operation, &self.sent, sent)
         };
         self.port.send_lent(loan, header, encode)
     }
@@ -185,6 +182,16 @@ impl TypedPublisher {
     /// The number of subscribers.
     pub fn peers(&self) -> usize {
         self.port.peers()
+    }
+}
+
+/// The header of the next sample. `sent`: when it was sent; 0 means now.
+fn header(operation: &Operation, counter: &Counter, sent: u64) -> Header {
+    Header {
+        type_hash: operation.type_hash,
+        sequence: counter.next(),
+        sent: if sent == 0 { now() } else { sent },
+        ..Header::default()
     }
 }
 

@@ -102,7 +102,9 @@ impl<'d> Caller<'d> {
             };
             let operation = waiting.operation;
             let mut result = Ok(());
+            let age = ended.age;
             let sent = waiting.request.reply(|request| {
+                request.set_age(age);
                 let passed =
                     ended.read(|case, reader| pass_reply(operation, case, reader, request));
                 result = passed.unwrap_or_else(|error| refuse(operation, request, &error));
@@ -159,6 +161,7 @@ impl<'d> Caller<'d> {
                 Ok::<_, CallError>(result)
             },
         );
+        request.set_age(self.client.age());
         called.unwrap_or_else(|error| refuse(operation, request, &error))
     }
 

@@ -166,7 +166,7 @@ fn no_route() -> HandlerError {
     HandlerError("nothing follows this slot".to_owned())
 }
 
-/// Publishes a received sample.
+/// Publishes a received sample, with the time at which it was sent first.
 fn publish(
     topic: &mut TypedPublisher,
     operation: &Operation,
@@ -186,10 +186,10 @@ fn publish(
             writer.finish()?;
             Ok(writer.into_bytes())
         };
-        return topic.send_image(loan, &encode);
+        return topic.forward_image(sample.sent, loan, &encode);
     }
     let reader = sample.reader();
-    topic.publish_with(|writer| {
+    topic.forward_with(sample.sent, |writer| {
         let keeps = image.is_none() && same_place(&reader, writer);
         copy(&operation.request, &reader, keeps, writer);
     })

@@ -9,6 +9,7 @@
 //!
 //! - A message keeps its bytes. It is decoded and encoded again only where the two middlewares align
 //!   it differently, and where a value in place meets a middleware that has none.
+//! - A sample keeps the time at which it was sent first, and the value of a reply its age.
 //! - Up to [`STARTED_CALLS`](rc_middleware::started::STARTED_CALLS) calls of a slot are under way at a
 //!   time, each until its reply comes or the timeout of the sending slot is over. Requests wait beyond
 //!   that in the queue of their middleware, which has a bound. Those of one sender keep their order.

@@ -30,9 +30,13 @@ const DESCRIPTION: &str = r#"{
             {"name": "half", "id": 7, "hash": "0000000000000007", "pattern": "query",
              "inputs": [{"name": "number", "type": "int32"}], "result": "int32", "throws": [["Demo::Odd", 13]]},
             {"name": "note", "id": 9, "hash": "0000000000000009", "pattern": "command",
+             "inputs": [{"name": "number", "type": "int32"}]}]},
+          {"name": "Told", "operations": [
+            {"name": "tell", "id": 11, "hash": "0000000000000007", "pattern": "publish",
              "inputs": [{"name": "number", "type": "int32"}]}]}]}],
     "slots": [SLOTS],
-    "routes": [{"from": "Half", "to": "inside_Half"}, {"from": "Hasty", "to": "inside_Hasty"}]
+    "routes": [{"from": "Half", "to": "inside_Half"}, {"from": "Hasty", "to": "inside_Hasty"},
+               {"from": "inside_Told", "to": "Told"}]
 }"#;
 
 /// `int32 half(int32 number) throws Odd`
@@ -49,6 +53,9 @@ const NOTE: Operation = Operation::one_way("note", 9, 9);
 const ODD: i32 = 13;
 /// The number that the server refuses because of its state.
 const BUSY: i32 = -1;
+/// The number whose half the server had before it was asked, and how long before.
+const KNOWN: i32 = 90;
+const AGE: Duration = Duration::from_mins(3);
 
 #[derive(Clone, Debug, PartialEq)]
 enum Failed {
@@ -76,14 +83,19 @@ impl Throws for Failed {
 }
 
 fn description() -> String {
-    let slot = |name: &str, role: &str, qos: &str| {
+    let of = |name: &str, role: &str, interface: &str, qos: &str, operations: &str| {
         format!(
-            r#"{{"name": "{name}", "role": "{role}", "interface": "Half", "type_name": "Demo::Half",
+            r#"{{"name": "{name}", "role": "{role}", "interface": "{interface}", "type_name": "Demo::{interface}",
             "type_hash": "0000000000000002", "middleware": "iceoryx2", "qos": {{{qos}}},
-            "operations": [{{"name": "half"}}, {{"name": "note"}}]}}"#
+            "operations": [{operations}]}}"#
         )
     };
+    let both = r#"{"name": "half"}, {"name": "note"}"#;
+    let slot = |name: &str, role: &str, qos: &str| of(name, role, "Half", qos, both);
+    let told = |name: &str, role: &str| of(name, role, "Told", "", r#"{"name": "tell"}"#);
     let slots = [
+        told("Told", "publishes"),
+        told("inside_Told", "subscribesTo"),
         slot("Half", "implements", ""),
         slot("Hasty", "implements", ""),
         slot("inside_Half", "requires", r#""timeout_ns": 60000000000"#),
@@ -110,7 +122,7 @@ impl Proxy {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rcforward"));
         command.arg(description());
         command.args(["--network", &network, "--name", "arm"]);
-        for slot in ["Half", "Hasty"] {
+        for slot in ["Half", "Hasty", "Told"] {
             command.arg(format!("--bind={slot}={network}/arm/{slot}"));
             command.arg(format!("--bind=inside_{slot}={network}/motor/{slot}"));
         }
@@ -153,6 +165,18 @@ impl Proxy {
             },
             external_types: Vec::new(),
             qos: rc_middleware::Qos::CALL,
+        }
+    }
+
+    /// The topic of a component on one side of the proxy.
+    fn topic(&self, component: &str) -> Endpoint {
+        let endpoint = self.endpoint(component, "Told/tell");
+        Endpoint {
+            types: TypeIdentity {
+                name: "Demo::Told/tell".to_owned(),
+                hash: 7,
+            },
+            ..endpoint
         }
     }
 
@@ -214,6 +238,9 @@ impl Got {
                 sent.expect("an exception");
             }
             even => {
+                if even == KNOWN {
+                    request.set_age(AGE);
+                }
                 let sent = request.reply_with(0, |writer| writer.put(&(even / 2)));
                 sent.expect("a result");
             }
@@ -354,19 +381,21 @@ fn calls_and_commands_of_a_sender_keep_their_order_within_a_bound() {
     }
 }
 
+/// A proxy whose slots have peers over shared memory and over DDS.
+fn of_two_middlewares(name: &str) -> Proxy {
+    let domain = format!("dds.domain={DOMAIN}");
+    let settings = ["--set-middleware", &domain, "--set-middleware"];
+    let transports = [
+        "dds.interfaces=lo",
+        "--transport=Half=iceoryx2,dds",
+        "--transport=Told=iceoryx2,dds",
+    ];
+    Proxy::start_with(name, &[&settings[..], &transports[..]].concat())
+}
+
 #[test]
 fn callers_over_two_middlewares_share_the_bound() {
-    let domain = format!("dds.domain={DOMAIN}");
-    let proxy = Proxy::start_with(
-        "forward_both",
-        &[
-            "--transport=Half=iceoryx2,dds",
-            "--set-middleware",
-            &domain,
-            "--set-middleware",
-            "dds.interfaces=lo",
-        ],
-    );
+    let proxy = of_two_middlewares("forward_both");
     let inside = proxy.join("motor");
     let mut server = proxy.server(&*inside, "Half");
     let near = proxy.join("near");
@@ -438,4 +467,60 @@ fn exceptions_refusals_and_deadlines_come_back() {
     let reason = refused(next(&mut caller));
     assert!(reason.contains("died"), "{reason}");
     drop(lost);
+}
+
+/// The value of a reply that was there before the call, and a sample, are as old behind the proxy as
+/// before it, over shared memory and over DDS.
+#[test]
+fn values_keep_their_ages() {
+    let proxy = of_two_middlewares("forward_ages");
+    let inside = proxy.join("motor");
+    let mut server = proxy.server(&*inside, "Half");
+    let topic = proxy.topic("motor");
+    let mut publisher = inside.publisher(&topic).expect("a publisher");
+    until("the proxy is subscribed", || publisher.peers() == 1);
+    for (middleware, age) in [("iceoryx2", AGE), ("dds", 2 * AGE)] {
+        let outside = proxy.join_over(middleware, middleware);
+        let mut caller = proxy.caller(&*outside, "Half");
+        let mut age_of = |number| {
+            let call = start(&mut caller, number);
+            take_until(&mut *server, 1).into_iter().for_each(Got::reply);
+            let mut age = None;
+            until("the call ends", || {
+                age = caller.poll_with(|ended| ended.age);
+                age.is_some()
+            });
+            drop(call);
+            age.expect("an age")
+        };
+        let known = age_of(KNOWN);
+        assert!(known >= AGE && known < AGE + LIMIT, "{known:?}");
+        assert_eq!(age_of(KNOWN + 2), Duration::ZERO);
+
+        let mut subscriber = outside
+            .subscriber(&proxy.topic("arm"))
+            .expect("a subscriber");
+        until("the proxy publishes", || subscriber.peers() == 1);
+        let sent = rc_middleware::now() - age.as_nanos() as u64;
+        let header = rc_middleware::Header {
+            type_hash: 7,
+            sequence: 1 + u64::from(middleware == "dds"),
+            sent,
+            ..rc_middleware::Header::default()
+        };
+        publisher
+            .publish(header, &[42, 0, 0, 0])
+            .expect("to publish");
+        let mut came = None;
+        until("the sample comes", || {
+            let woken = wait(&[subscriber.descriptor()], LOOK) != 0;
+            subscriber.acknowledge(woken);
+            let mut take = |header: rc_middleware::Header, _: &[u8]| came = Some(header.sent);
+            while subscriber.receive(&mut take).expect("samples") {}
+            came.is_some()
+        });
+        // DDS counts by the clock of the day, which may be set meanwhile.
+        let shift = came.map(|came| came.abs_diff(sent));
+        assert!(shift < Some(5_000_000), "{shift:?}");
+    }
 }

@@ -146,6 +146,7 @@ fn samples_keep_their_bytes() {
     });
     let sample = Sample {
         encoding: Encoding::Cdr,
+        sent: 5,
         body: Body::Borrowed(&[42, 0, 0, 0]),
     };
     forwarder

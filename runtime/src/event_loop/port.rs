@@ -197,13 +197,16 @@ pub(crate) fn receive(
     if header.type_hash != 0 && header.type_hash != expected {
         return Err(HandlerError("it is of another type".to_owned()));
     }
-    let encoding = header.encoding;
     let collects = component.collects();
     let is_kept = slot.qos.fresh.is_some() || !collects.is_empty();
     if is_kept && slot.member.is_none() {
         return keep(component, slot, operation, header, body);
     }
-    let sample = Sample { encoding, body };
+    let sample = Sample {
+        encoding: header.encoding,
+        sent: header.sent,
+        body,
+    };
     component.receive(slot.described, slot.member.as_ref(), operation, sample)
 }
 
@@ -223,6 +226,7 @@ fn keep(
     if qos.fresh.is_none() && !collects(topic) {
         let sample = Sample {
             encoding: header.encoding,
+            sent: header.sent,
             body,
         };
         return component.receive(slot.described, None, operation, sample);
@@ -266,6 +270,7 @@ fn keep(
         inputs.borrow_mut().handled(topic, arrival.freshness);
         let sample = Sample {
             encoding: header.encoding,
+            sent: header.sent,
             body,
         };
         result = component.receive(slot.described, None, operation, sample);

@@ -81,6 +81,22 @@ fn a_handler_that_sends_is_one_hop_with_its_four_times() {
     TIME.set(40);
     notes.handled();
     assert_eq!(taken(&notes), [(Kind::Ended, 5, 0, [30, 25, 25, 40])]);
+    // A proxy sends what it has received with the time at which it was sent first.
+    notes.sample(1, 0, &header(6, 30), || &[]);
+    TIME.set(46);
+    notes.published(3, 0, &header(12, 30), || &[]);
+    notes.handled();
+    assert_eq!(taken(&notes), [(Kind::Sent, 6, 12, [30, 40, 40, 46])]);
+    let begins = FollowedPair {
+        input: None,
+        ..pair(Way::Any)
+    };
+    notes.shared.follow(vec![begins]);
+    notes.sample(1, 0, &header(7, 30), || &[]);
+    TIME.set(50);
+    notes.published(3, 0, &header(13, 30), || &[]);
+    notes.handled();
+    assert_eq!(taken(&notes), [(Kind::Sent, 0, 13, [0, 50, 50, 50])]);
 }
 
 #[test]

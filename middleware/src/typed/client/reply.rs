@@ -3,13 +3,14 @@
 use super::super::call::CallId;
 use super::super::{Operation, ReplyVariant, Returned, Throws, code, result};
 use super::Done;
-use crate::backend::Profile;
+use crate::backend::{Client, Profile};
 use crate::cdr::{DecodeError, Reader};
 use crate::error::CallError;
 use crate::header::{Encoding, Header};
 use crate::in_place::BEHIND_ENVELOPE;
 use crate::rpc::{self, ReplyKind, RequestId};
 use crate::shared_value::Message;
+use std::time::Duration;
 
 /// The reply to a started call, or why there is none.
 pub struct Ended<'r> {
@@ -17,6 +18,9 @@ pub struct Ended<'r> {
     pub id: CallId,
     /// The discriminator of its operation.
     pub operation: i32,
+    /// How old the value of the reply was when the call began; zero for a new one, and where the
+    /// middleware does not say.
+    pub age: Duration,
     reply: Result<(i32, Reader<'r>), CallError>,
 }
 
@@ -89,14 +93,36 @@ pub(super) struct PendingCall {
     pub(super) type_hash: u64,
     pub(super) profile: Profile,
     pub(super) replies: &'static [ReplyVariant],
+    /// When it was sent; 0 if replies have no ages.
+    pub(super) asked: u64,
 }
 
 impl PendingCall {
-    pub(super) fn ended(self, reply: Result<(i32, Reader<'_>), CallError>) -> Ended<'_> {
+    pub(super) fn ended(
+        self,
+        age: Duration,
+        reply: Result<(i32, Reader<'_>), CallError>,
+    ) -> Ended<'_> {
         Ended {
             id: CallId(self.id),
             operation: self.operation,
+            age,
             reply,
+        }
+    }
+
+    /// Its request is sent now.
+    pub(super) fn sent(&mut self, port: &dyn Client, header: Header) {
+        if port.replies_have_ages() {
+            self.asked = header.sent;
+        }
+    }
+
+    /// How old the value of its reply was when the call began.
+    pub(super) fn age(self, reply: Header) -> Duration {
+        match reply.sent {
+            0 => Duration::ZERO,
+            sent => Duration::from_nanos(self.asked.saturating_sub(sent)),
         }
     }
 }
