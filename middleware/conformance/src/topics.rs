@@ -386,12 +386,12 @@ pub fn a_subscriber_outlives_its_publishers(subject: &dyn Subject) {
             scope.spawn(move || {
                 let backend = network.join("publisher");
                 let mut publisher = backend.publisher(topic).expect("a publisher");
-                network.meet(|| publisher.peers() == 1);
+                until("the subscriber is found", || publisher.peers() == 1);
                 may_go.recv_timeout(LIMIT).expect("a subscriber");
                 publisher.publish(header(1), &[round]).expect("to publish");
                 backend.linger(LIMIT);
             });
-            network.meet(|| subscriber.peers() == 1);
+            until("the publisher is found", || subscriber.peers() == 1);
             go.send(()).expect("a publisher");
             let (header, body) = receive(&mut *subscriber, 1).remove(0);
             assert_eq!((header.sequence, body), (1, vec![round]));

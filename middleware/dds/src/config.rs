@@ -14,7 +14,8 @@ fn read(environment: &Environment) -> Result<Joining, String> {
     let domain = settings.int(crate::NAME, "domain").unwrap_or_default();
     let domain = u32::try_from(domain).map_err(|_| format!("there is no domain {domain}"))?;
     let lease = settings.duration(crate::NAME, "lease");
-    let mut configuration = Configuration::new(domain, lease.ok_or("there is no lease")?);
+    let lease = lease.ok_or("there is no lease")?;
+    let mut configuration = Configuration::new(domain, lease);
     for wanted in settings.texts(crate::NAME, "interfaces") {
         configuration = configuration.interface(wanted)?;
     }
@@ -28,6 +29,7 @@ fn read(environment: &Environment) -> Result<Joining, String> {
         middleware: crate::NAME,
         domain,
         configuration: configuration.text(),
+        lease,
         user_data: String::new(),
         service: names::address_of_requests,
     })

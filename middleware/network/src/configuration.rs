@@ -41,6 +41,8 @@ pub struct Joining {
     pub domain: u32,
     /// The configuration of the library, see [`Configuration`].
     pub configuration: String,
+    /// The silence after which others take this process for dead.
+    pub lease: Duration,
     /// The user data of the participant.
     pub user_data: String,
     /// Gives the name of a service, for the topic of its requests.

@@ -219,7 +219,15 @@ impl Opening<'_> {
             pause = (pause * 2).min(LONGEST_LOOK);
             unmet = opener.unmet(endpoints);
         }
-        if unmet.is_some() {
+        if let Some(state) = unmet {
+            // A component whose patience is over does not wait again, and has told why.
+            if !opener.patience.get().is_zero() {
+                tracing::warn!(
+                    "`{}`: an endpoint on this machine was not found in {:.1} s; first messages may be lost",
+                    state.topic(),
+                    begin.elapsed().as_secs_f64()
+                );
+            }
             let left = opener.patience.get().saturating_sub(begin.elapsed());
             opener.patience.set(left);
         }

@@ -263,6 +263,7 @@ mod tests {
             middleware: "stuck",
             domain: 16,
             configuration,
+            lease,
             user_data: String::new(),
             service: |topic| topic,
         };

@@ -15,6 +15,8 @@ use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+/// How long a component waits at least for endpoints on this machine, and for servers on other
+/// machines.
 const PATIENCE: PeerLimits = PeerLimits {
     local: Duration::from_secs(3),
     remote: Duration::from_millis(300),
@@ -53,7 +55,12 @@ impl Session {
             refused(environment, format!("{what}: {error}"))
         };
         let folder = environment.directory.middleware(joining.middleware);
-        let opener = Opener::new(environment, &folder, joining.domain, PATIENCE);
+        let opener = Opener::new(
+            environment,
+            &folder,
+            joining.domain,
+            patience(joining.lease),
+        );
         let domain = domain(joining.domain, &joining.configuration).map_err(|error| {
             let help = udp::advice(joining.domain);
             failed("Cyclone DDS does not start", &format!("{error}; {help}"))
@@ -207,6 +214,15 @@ impl Listener for IgnoreEvents {
     fn event(&self, _event: Event) {}
 }
 
+/// The limits of waiting for peers where a process announces itself several times in `lease`: all of
+/// these, so that the loss of some of them costs no first messages.
+fn patience(lease: Duration) -> PeerLimits {
+    PeerLimits {
+        local: PATIENCE.local.max(lease),
+        ..PATIENCE
+    }
+}
+
 /// The setting `queue_mib`, in bytes.
 fn queue_limit(environment: &Environment, middleware: &str) -> u64 {
     let mib = environment.settings.int(middleware, "queue_mib");
@@ -249,4 +265,16 @@ fn domain(id: u32, xml: &str) -> Result<Domain, rc_ddsc::Error> {
         }
     }
     domain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endpoints_on_this_machine_have_all_announcements_of_a_lease_to_find_each_other() {
+        let local = |lease| patience(Duration::from_secs(lease)).local;
+        assert_eq!(local(1), Duration::from_secs(3));
+        assert_eq!(local(10), Duration::from_secs(10));
+    }
 }

@@ -36,13 +36,15 @@ fn read(environment: &Environment, variable: &Variable<'_>) -> Result<Config, St
     let rules = rules.map(|rule| rule.resolve(&namespace, &own)).collect();
     let domain = domain(settings.int(crate::NAME, "domain"), variable)?;
     let lease = settings.duration(crate::NAME, "lease");
-    let configuration = Configuration::new(domain, lease.ok_or("there is no lease")?);
+    let lease = lease.ok_or("there is no lease")?;
+    let configuration = Configuration::new(domain, lease);
     let interfaces = settings.texts(crate::NAME, "interfaces");
     Ok(Config {
         joining: Joining {
             middleware: crate::NAME,
             domain,
             configuration: discovery(configuration, interfaces, variable)?.text(),
+            lease,
             // The identity of a participant in the graph of ROS; messages are neither encrypted nor
             // signed.
             user_data: "enclave=/;".to_owned(),
