@@ -14,8 +14,8 @@
 //! distributed hard real-time systems", 1994, without priorities). A message that passes a component
 //! gets its busy window as jitter.
 //!
-//! Where the rate of a stream is not known, or there is more work than time, a message waits at most
-//! for as many rounds of all ports as its queue is deep.
+//! Where the rate of a stream is not known, or there is more work than time, the limits of the event
+//! loop are the bound: those of a turn, and the depth of queues whose ports take turns.
 //!
 //! All times are in nanoseconds.
 
@@ -128,6 +128,9 @@ pub struct Load {
     pub handled: Vec<Option<u64>>,
     /// The longest time from the beginning of a period until `compute()` has run.
     pub computed: Option<u64>,
+    /// The longest time from the beginning of the turn in which `compute()` runs until it has run. It
+    /// uses the messages that are there when the turn begins, if they are handled in order.
+    turn: u64,
     /// Whether a message that arrives before a period is handled before it.
     pub is_orderly: bool,
     /// Whether it has more work than time.
@@ -137,9 +140,10 @@ pub struct Load {
 }
 
 impl Load {
-    /// The most messages that may wait for a handler. `None` where only its queue bounds them.
+    /// The most messages that may wait for a handler. `None` where only its queue bounds them, or where
+    /// others come at any rate, which seldom all come at once.
     pub fn waiting(&self, handler: usize) -> Option<u64> {
-        if self.is_overloaded {
+        if self.is_overloaded || self.streams.iter().any(Option::is_none) {
             return None;
         }
         let window = self.handled.get(handler).copied().flatten()?;
@@ -155,8 +159,9 @@ impl Load {
     }
 }
 
-/// The most handlers in a turn of the event loop of a component.
+/// The most handlers in a turn of the event loop of a component, and the time after which none begins.
 const HANDLERS_A_TURN: u64 = 64;
+const HANDLING_A_TURN: u64 = 100_000_000;
 /// The most events that the event loop takes at once, less those of its timer and its waker.
 const PORTS_A_TURN: usize = 14;
 /// The most streams that are distinguished.
@@ -243,12 +248,20 @@ fn load(component: &Component, streams: Vec<Option<Vec<Stream>>>) -> Load {
     let Some(window) = busy_window(component, &known) else {
         return by_queues(component, streams, true);
     };
-    let messages = known.iter().flat_map(|(_, streams)| *streams);
-    let messages: u64 = messages.map(|stream| stream.count(window)).sum();
+    let counts = known.iter().map(|(budget, streams)| {
+        let count: u64 = streams.iter().map(|stream| stream.count(window)).sum();
+        (count, count.saturating_mul(*budget))
+    });
+    let (messages, work) = counts.fold((0, 0_u64), |(messages, work), (count, time)| {
+        (messages + count, work.saturating_add(time))
+    });
     Load {
         handled: vec![Some(window); component.handlers.len()],
         computed: Some(window),
-        is_orderly: messages <= HANDLERS_A_TURN && component.handlers.len() <= PORTS_A_TURN,
+        turn: window,
+        is_orderly: messages <= HANDLERS_A_TURN
+            && work <= HANDLING_A_TURN
+            && component.handlers.len() <= PORTS_A_TURN,
         is_overloaded: false,
         streams,
     }
@@ -292,8 +305,11 @@ fn busy_window(component: &Component, handlers: &[(u64, &[Stream])]) -> Option<u
     None
 }
 
-/// The response of a component whose work is not known, or too much: queues have an end, and their
-/// ports take turns.
+/// The response of a component whose work is not known, or too much. Its turns have an end, and in
+/// each one its ports take turns.
+///
+/// A message waits at most for the run that has begun, or, if its port was empty when the turn began,
+/// for the others in that turn. Then one message of each port runs before each one of its own port.
 fn by_queues(
     component: &Component,
     streams: Vec<Option<Vec<Stream>>>,
@@ -302,34 +318,75 @@ fn by_queues(
     let (period, compute) = (component.period.max(1), component.compute);
     let budgets = || component.handlers.iter().map(|handler| handler.budget);
     let round: u64 = budgets().fold(0, u64::saturating_add);
-    let longest = budgets().max().unwrap_or(0);
+    let turn = turn(budgets());
     let has_time = compute < period;
-    let handled = component.handlers.iter().map(|handler| {
-        let rounds = u64::from(handler.depth.max(1)).saturating_mul(round);
-        let own = rounds.saturating_add(longest.max(compute));
+    let rounds = rounds_a_turn(component.handlers.len(), round);
+    let mut is_orderly = component.handlers.len() <= PORTS_A_TURN;
+    let handlers = component.handlers.iter().zip(&streams).enumerate();
+    let handled = handlers.map(|(at, (handler, streams))| {
+        let others = budgets().enumerate().filter(|(other, _)| *other != at);
+        // The turn may end before its port in a round.
+        let longest = budgets().max().unwrap_or(0).max(compute);
+        let begun = longest.saturating_add(round);
+        let begun = begun.max(self::turn(others.map(|(_, budget)| budget)));
+        let depth = u64::from(handler.depth.max(1));
+        // Messages of its port, itself included.
+        let own = |window: u64| match streams {
+            Some(streams) if !is_overloaded => {
+                let counts = streams.iter().map(|stream| stream.count(window));
+                counts.fold(0, u64::saturating_add).clamp(1, depth)
+            }
+            _ => depth,
+        };
         let work = |window: u64| {
-            let computes = window.div_ceil(period).max(1);
-            own.saturating_add(computes.saturating_mul(compute))
+            let own = own(window);
+            let Some(rounds) = rounds else {
+                // One message in a turn, of one of the ports.
+                let turns = own.saturating_mul(component.handlers.len() as u64);
+                return turns.saturating_mul(turn.saturating_add(compute));
+            };
+            let turns = own.div_ceil(rounds);
+            let computes = turns.min(window.div_ceil(period).saturating_add(1));
+            begun
+                .saturating_add((own + turns - 1).saturating_mul(round))
+                .saturating_add(computes.saturating_mul(compute))
         };
         let mut window = work(0);
         for _ in 0..STEPS {
             let next = work(window);
             if next <= window {
+                is_orderly &= rounds.is_some_and(|rounds| own(window) <= rounds);
                 return has_time.then_some(window);
             }
             window = next;
         }
         None
     });
+    let handled = handled.collect();
     // The turn that runs when the period begins, then the one that computes.
-    let turns = (2 * HANDLERS_A_TURN).saturating_mul(longest);
+    let computed = turn.saturating_add(compute).saturating_mul(2);
     Load {
-        handled: handled.collect(),
-        computed: has_time.then(|| turns.saturating_add(2 * compute)),
-        is_orderly: false,
+        handled,
+        computed: has_time.then_some(computed),
+        turn: turn.saturating_add(compute),
+        is_orderly,
         is_overloaded: is_overloaded || !has_time,
         streams,
     }
+}
+
+/// The longest time of handlers in a turn of the event loop.
+fn turn(budgets: impl Iterator<Item = u64>) -> u64 {
+    let longest = budgets.max().unwrap_or(0);
+    let by_time = HANDLING_A_TURN.saturating_add(longest);
+    HANDLERS_A_TURN.saturating_mul(longest).min(by_time)
+}
+
+/// In how many rounds of a turn each port that was ready is served. `None` if a turn may end before.
+fn rounds_a_turn(ports: usize, round: u64) -> Option<u64> {
+    let by_number = HANDLERS_A_TURN / (ports as u64).max(1);
+    let by_time = HANDLING_A_TURN / round.max(1);
+    Some(by_number.min(by_time)).filter(|rounds| *rounds > 0 && ports <= PORTS_A_TURN)
 }
 
 /// The longest times of each hop of a chain. `None` if a component has no bound.
@@ -363,39 +420,41 @@ pub fn costs(hops: &[Hop], components: &[Component], loads: &[Load]) -> Option<V
 /// The age of the oldest data in any effect of a chain whose first message comes at the latest after
 /// `gap`. `None` if there is no bound.
 ///
-/// A `compute()` uses the newest message that it has: that was sent at most a gap, its transport and
-/// its handling before.
+/// A `compute()` uses the newest message that it has. The next one was sent at most a gap later, and had
+/// not come yet after the longest time on its way.
 pub fn age(
     hops: &[Hop],
     first_gap: Option<u64>,
     components: &[Component],
     loads: &[Load],
 ) -> Option<u64> {
-    let (mut age, mut gap) = (0_u64, first_gap);
+    // The way is that since the last `compute()`, and the gap that between what it sends.
+    let (mut age, mut way, mut gap) = (0_u64, 0_u64, first_gap);
     for hop in hops {
         let load = &loads[hop.component];
         let handled = load.handled[hop.handler]?;
+        way = way
+            .saturating_add(hop.transport)
+            .saturating_add(hop.collected);
         match hop.way {
-            Way::Handler => {
-                let passed = hop.transport.saturating_add(handled);
-                let passed = passed.saturating_add(hop.collected);
-                age = age.saturating_add(passed);
-                gap = gap.map(|gap| gap.saturating_add(passed));
-            }
+            Way::Handler => way = way.saturating_add(handled),
             Way::Compute => {
                 let computed = load.computed?;
-                let waited = if load.is_orderly { 0 } else { handled };
+                let waited = if load.is_orderly {
+                    load.turn
+                } else {
+                    handled.saturating_add(computed)
+                };
                 age = age
-                    .saturating_add(hop.transport)
-                    .saturating_add(hop.collected)
-                    .saturating_add(waited)
+                    .saturating_add(way)
                     .saturating_add(gap?)
-                    .saturating_add(computed);
+                    .saturating_add(waited);
+                way = 0;
                 gap = Some(components[hop.component].period.saturating_add(computed));
             }
         }
     }
-    Some(age)
+    Some(age.saturating_add(way))
 }
 
 /// The longest time between two messages of a sender.

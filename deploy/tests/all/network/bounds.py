@@ -6,7 +6,8 @@ Each network is written as .idsl, .cdsl and .ddsl files, of which rcdeploy compu
 a chain: its longest time, and the oldest data in an effect. The simulation knows no formula. It runs
 each component as one thread: messages wait in the queues of its ports, handlers run in turn, and
 `compute` runs after them once a period. Phases, run times and times on the way are random. A bound
-must never be below what any schedule shows; those of the named networks must also be near it.
+must never be below what any schedule shows; those of the named networks must also be near it, and with
+10^6 schedules those of all.
 
 Times are integers in microseconds.
 """
@@ -25,6 +26,8 @@ MS = 1000
 TRANSPORT = {"iceoryx2": 200, "dds": 1 * MS}
 DEPTH = 10
 TURN = 64
+# No handler begins later in a turn.
+TURN_TIME = 100 * MS
 TICK, ARRIVAL, END = range(3)
 COMPUTE = -1
 
@@ -132,11 +135,12 @@ class Thread:
         # The handler that runs with its message, or COMPUTE.
         self.running = None
         self.kept = 0
-        self.left = self.first = self.next = 0
+        self.left = self.first = self.next = self.began = 0
 
 
-def schedule(net, seed):
-    """The slowest message and the oldest data of one schedule."""
+def schedule(net, seed, phases=None, shorter=0.25):
+    """The slowest message and the oldest data of one schedule, and its phases, which are random if none
+    are given. `shorter`: how often a run or a way is not the longest one, half of these times none at all."""
     chance = random.Random(seed).random
     nodes, last = net.nodes, net.last
     threads = [Thread(node) for node in nodes]
@@ -144,13 +148,25 @@ def schedule(net, seed):
     warm, until = 4 * longest, 12 * longest
     events, count = [], 0
     pending, slowest, oldest = deque(), 0, 0
-    for at, node in enumerate(nodes):
-        heappush(events, (int(chance() * node.period), count, TICK, at, 0, 0))
+    phases = phases or [int(chance() * node.period) for node in nodes]
+    for at, phase in enumerate(phases):
+        heappush(events, (phase, count, TICK, at, 0, 0))
         count += 1
+    if net.outside and chance() < 0.5:
+        # More messages than there is time for, for a while.
+        at, handler = net.outside
+        gap = 1 + int(chance() * nodes[at].handlers[handler].budget)
+        begin, length = chance() * until, MS * 10 ** (1 + 2 * chance())
+        for number in range(int(length / gap)):
+            heappush(events, (int(begin) + number * gap, count, ARRIVAL, at, handler, 0))
+            count += 1
 
     def at_most(limit):
         """Often the longest time, else any shorter one."""
-        return int(chance() * (limit + 1)) if chance() < 0.25 else limit
+        drawn = chance()
+        if drawn < shorter / 2:
+            return 0
+        return int(chance() * (limit + 1)) if drawn < shorter else limit
 
     def proceed(at, now):
         """Goes on with the turn of a thread, or begins one, until something runs or nothing waits."""
@@ -164,11 +180,11 @@ def schedule(net, seed):
                         thread.ready[port] = True
                 if not thread.ticked and True not in thread.ready:
                     return
-                thread.in_turn, thread.left = True, TURN
+                thread.in_turn, thread.left, thread.began = True, TURN, now
                 thread.is_due, thread.ticked = thread.ticked, False
                 thread.first = (thread.first + 1) % max(ports, 1)
                 thread.next = thread.first
-            while thread.left and True in thread.ready:
+            while thread.left and True in thread.ready and now - thread.began < TURN_TIME:
                 port = thread.next
                 thread.next = (port + 1) % ports
                 if not thread.ready[port]:
@@ -233,13 +249,34 @@ def schedule(net, seed):
                 count += 1
         if thread.running is None:
             proceed(at, now)
-    return slowest, oldest
+    return slowest, oldest, phases
 
 
 def schedules(net, seeds):
-    """The slowest message and the oldest data of many schedules."""
-    results = [schedule(net, seed) for seed in seeds]
-    return max(slowest for slowest, _ in results), max(oldest for _, oldest in results)
+    """The slowest message and the oldest data of many schedules. A quarter of them have random phases. The
+    others are near the worst one so far: seldom are all components at their worst by chance."""
+    worst = [0, 0]
+    best = [None, None]
+    for number, seed in enumerate(seeds):
+        draws, phases, shorter = seed, None, 0.25
+        which = number % 2
+        if number % 8 > 1 and best[which]:
+            rng = random.Random(-seed)
+            draws, phases, shorter = best[which]
+            if rng.random() < 0.3:
+                draws, shorter = seed, rng.choice([0, 0.05, 0.25])
+            else:
+                phases = list(phases)
+                for _ in range(rng.randint(1, 2)):
+                    at = rng.randrange(len(phases))
+                    period = net.nodes[at].period
+                    step = rng.choice([1, 0.1, 0.01])
+                    phases[at] = int(phases[at] + (rng.random() - 0.5) * step * period) % period
+        found = schedule(net, draws, phases, shorter)
+        for of in (0, 1):
+            if found[of] >= worst[of]:
+                worst[of], best[of] = found[of], (draws, found[2], shorter)
+    return tuple(worst)
 
 
 # The networks.
@@ -283,8 +320,7 @@ def named():
         2,
         ratio=1.3,
     )
-    # The times of messages from outside are unknown: the depth of their queue is the bound, far above
-    # the real wait.
+    # The times of messages from outside are unknown: only the length of a turn is their bound.
     yield Net(
         "messages from outside",
         [
@@ -294,7 +330,7 @@ def named():
         ],
         2,
         outside=(1, 1),
-        ratio=50,
+        ratio=1.3,
     )
 
 
@@ -368,7 +404,7 @@ def main():
             share = total // 2 // (count if number < count else len(nets) - count)
             longest, oldest = bounds(rcdeploy, write(net, folder))
             begin = seed + number * 10_000_000
-            parts = [range(begin + at, begin + share, 16) for at in range(min(16, share))]
+            parts = [range(begin + at, begin + share, 4) for at in range(min(4, share))]
             found = list(pool.map(schedules, [net] * len(parts), parts))
             seen = [max(part[which] for part in found) for which in (0, 1)]
             text = f"{net.name}: {share} schedules"
@@ -380,7 +416,9 @@ def main():
                 # Times in JSON are rounded to a nanosecond.
                 if bound + 0.01 < worst:
                     failed.append(f"{net.name}: a {what} of {worst} us is above its bound of {bound:.0f} us")
-                if net.ratio and bound > net.ratio * worst:
+                # Few schedules of a random network do not find its worst one.
+                ratio = net.ratio or (1.3 if total >= 1_000_000 else None)
+                if ratio and bound > ratio * worst:
                     failed.append(f"{net.name}: the bound of its {what}, {bound:.0f} us, is far from {worst} us")
             print(text, flush=True)
     print("\n".join(failed), file=sys.stderr)
