@@ -11,6 +11,7 @@ use rc_cdsl::model::Role;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Chain, ChainPoint, Late};
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -33,10 +34,11 @@ pub(crate) fn check(network: &Network, found: &mut Diagnostics) -> Vec<CheckedCh
         return Vec::new();
     }
     check_late_events(network, found);
+    let common = OnceCell::new();
     let found_chains = chains.iter().enumerate().filter_map(|(declared, chain)| {
         let outside = check.outside(chain, found)?;
         let path = check.find(chain, &outside, found)?;
-        Some(check.bound(declared, chain, path, outside))
+        Some(check.bound((declared, chain), path, outside, &common))
     });
     let checked: Vec<CheckedChain> = found_chains.collect();
     for chain in &checked {
@@ -97,6 +99,9 @@ fn check_late_events(network: &Network, found: &mut Diagnostics) {
         }
     }
 }
+
+/// The components of a network, and their loads.
+type Analysis = (Vec<bounds::Component>, Vec<bounds::Load>);
 
 /// A network while its chains are checked.
 pub(crate) struct ChainCheck<'n> {
@@ -412,13 +417,24 @@ impl ChainCheck<'_> {
 
     fn bound(
         &self,
-        declared: usize,
-        chain: &Chain,
+        (declared, chain): (usize, &Chain),
         path: Path,
         outside: Vec<OutsideLink>,
+        common: &OnceCell<Analysis>,
     ) -> CheckedChain {
-        let components = self.analysed(chain, &path, &outside);
-        let loads = bounds::loads(&components);
+        let analyse = || {
+            let components = self.analysed(chain, &path, &outside);
+            let loads = bounds::loads(&components);
+            (components, loads)
+        };
+        // Chains that declare no times of messages have one analysis.
+        let own;
+        let (components, loads) = if chain.transport.is_none() && outside.is_empty() {
+            common.get_or_init(analyse)
+        } else {
+            own = analyse();
+            &own
+        };
         let hops = |oldest: bool| -> Vec<Hop> {
             let links = path.links.iter().zip(1..);
             links
@@ -450,7 +466,7 @@ impl ChainCheck<'_> {
             let rates = senders
                 .into_iter()
                 .flat_map(|sender| self.flow.rates(sender));
-            let gaps = rates.filter_map(|rate| bounds::gap(rate, &components, &loads));
+            let gaps = rates.filter_map(|rate| bounds::gap(rate, components, loads));
             gaps.min()
         });
         let transports = path.links.iter().map(|link| {
@@ -461,8 +477,8 @@ impl ChainCheck<'_> {
             self.known_transport(Some(chain), from, link.to).1
         });
         let transports = transports.collect();
-        let costs = bounds::costs(&hops(false), &components, &loads);
-        let oldest = bounds::age(&hops(true), gap, &components, &loads);
+        let costs = bounds::costs(&hops(false), components, loads);
+        let oldest = bounds::age(&hops(true), gap, components, loads);
         let mut assumed: Vec<usize> = Vec::new();
         for link in &path.links {
             let at = link.to.instance;

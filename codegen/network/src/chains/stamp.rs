@@ -132,7 +132,7 @@ impl Place<'_> {
             Type::Text { .. } => self.skip(1, 1, true),
             Type::Sequence { element, .. } => self.skip_all(name, &element)?,
             Type::Array { element, length } => {
-                let size = self.size(&element).ok_or_else(|| cannot_skip(name))?;
+                let size = self.size_of_one(name, &element)?;
                 self.skip(size, length, false);
             }
             Type::Dictionary { .. } => return Err(cannot_skip(name)),
@@ -150,9 +150,37 @@ impl Place<'_> {
 
     /// Skips any number of elements.
     fn skip_all(&mut self, name: &str, element: &Type) -> Result<(), String> {
-        let size = self.size(element).ok_or_else(|| cannot_skip(name))?;
+        let size = self.size_of_one(name, element)?;
         self.skip(size, 1, true);
         Ok(())
+    }
+
+    /// The bytes of an element of a sequence or an array.
+    fn size_of_one(&self, name: &str, element: &Type) -> Result<usize, String> {
+        self.size(element).ok_or_else(|| {
+            if self.holds_stamp(element) {
+                format!("each element of `{name}` has a stamp of its own, and a message needs one")
+            } else {
+                cannot_skip(name)
+            }
+        })
+    }
+
+    /// Whether a member of a structure, or of one in it, is a stamp.
+    fn holds_stamp(&self, ty: &Type) -> bool {
+        match self.library.resolved(ty) {
+            Type::Sequence { element, .. } | Type::Array { element, .. } => {
+                self.holds_stamp(element)
+            }
+            Type::Named(id) => match &self.library.ty(*id).kind {
+                TypeDeclKind::Struct(members) | TypeDeclKind::Exception(members) => {
+                    let mut members = members.iter();
+                    members.any(|member| member.stamp || self.holds_stamp(&member.ty))
+                }
+                _ => false,
+            },
+            _ => false,
+        }
     }
 
     fn skip(&mut self, size: usize, count: u32, counted: bool) {

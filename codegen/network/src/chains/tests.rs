@@ -171,7 +171,7 @@ fn a_chain_is_found_and_its_worst_case_told() {
     let plan = check("lidar filter avoider base", &body, &expect![[""]]);
     expect![[r#"
         chain brake: lidar.ScanPub.newScan → base.Drive.setSpeed
-            at worst 55.6 ms (within 80 ms); data at most 59.8 ms old (age 120 ms)
+            at worst 55.6 ms (within 80 ms); data at most 57.6 ms old (age 120 ms)
             filter.raw.newScan: 0.2 ms on the way, 2 ms work
             avoider.clean.newScan: 0.2 ms on the way, 50 ms until `compute`, 2 ms work
             base.Drive.setSpeed: 0.2 ms on the way, 1 ms work
@@ -191,7 +191,7 @@ fn a_slow_chain_names_its_slowest_part() {
         &body,
         &expect![[r#"
             net.ddsl:3:7: warning[slow-chain]: chain `brake` takes 61 ms in the worst case, 11 ms more than `within` allows: filter 4 ms, avoider 54 ms, base 3 ms (50 ms of them are the period of avoider: react in the handler of `clean.newScan`, or halve the period)
-            net.ddsl:3:7: warning[stale-chain]: the data of chain `brake` are 67 ms old in the worst case, 12 ms more than `age` allows (an effect uses the newest message, which is as old as the periods of those who send it: shorten them, or react in handlers)
+            net.ddsl:3:7: warning[stale-chain]: the data of chain `brake` are 63 ms old in the worst case, 8 ms more than `age` allows (an effect uses the newest message, which is as old as the periods of those who send it: shorten them, or react in handlers)
         "#]],
     );
     let body = "bind filter.raw -> lidar.ScanPub; bind direct.clean -> filter.clean;\n\
@@ -411,14 +411,14 @@ fn a_chain_passes_programs_outside() {
         &chain("external finder.said.found -> grasper.heard.found within 30ms;"),
         &expect![[r#"
             net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
-            net.ddsl:3:7: warning[slow-chain]: chain `grasp` takes 66.7 ms in the worst case, 26.7 ms more than `within` allows: grasper 65 ms, base 1.7 ms (35 ms of them is the work of grasper, whose budgets are assumed: declare them in its `reactions`)
+            net.ddsl:3:7: warning[slow-chain]: chain `grasp` takes 106.2 ms in the worst case, 66.2 ms more than `within` allows: grasper 104 ms, base 2.2 ms (74 ms of them is the work of grasper, whose budgets are assumed: declare them in its `reactions`)
         "#]],
     );
     expect![[r#"
         chain grasp: finder.said.found → base.Drive.setSpeed
-            at worst 66.7 ms (within 40 ms); data at most 66.7 ms old
-            grasper.heard.found: 30 ms on the way, 35 ms work
-            base.Drive.setSpeed: 0.2 ms on the way, 1.5 ms work
+            at worst 106.2 ms (within 40 ms); data at most 106.2 ms old
+            grasper.heard.found: 30 ms on the way, 74 ms work
+            base.Drive.setSpeed: 0.2 ms on the way, 2 ms work
             budgets are assumed: grasper
             transport is assumed
             programs outside send grasper.heard.found for finder.said.found within 30 ms
@@ -446,7 +446,7 @@ fn a_chain_passes_programs_outside() {
             expect![[r#"
                 net.ddsl:1:28: note[no-subscriber]: `finder.said` has no subscriber
                 net.ddsl:1:152: note[no-subscriber]: `near.said` has no subscriber
-                net.ddsl:3:85: error[bad-chain]: `finder.said.several` cannot be followed through programs outside: its stamp stands behind `marks`, whose length is not known without its elements (mark the time that they copy with `@stamp`, before everything whose length is not known)
+                net.ddsl:3:85: error[bad-chain]: `finder.said.several` cannot be followed through programs outside: each element of `marks` has a stamp of its own, and a message needs one (mark the time that they copy with `@stamp`, before everything whose length is not known)
             "#]],
         ),
         (
