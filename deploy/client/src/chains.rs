@@ -261,6 +261,17 @@ fn write_chain(chain: &ChainStatus, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(line, "  {}", row[8])?;
         writeln!(f, "{}", line.trim_end())?;
     }
+    let usually = |hop: &&HopStatus| {
+        let times = hop.times.as_ref();
+        times.is_some_and(|times| hop.worst_case_ms.is_some_and(|worst| times.p50_ms > worst))
+    };
+    for hop in chain.hops.iter().filter(usually) {
+        writeln!(
+            f,
+            "    {} usually takes more than its worst case: a budget of it, or `transport`, is too small",
+            hop.component
+        )?;
+    }
     Ok(())
 }
 
@@ -406,6 +417,13 @@ mod tests {
                 avoider.LaserPub.newScan  20.0  58.0    130  0.100    19.0  0.900        52.0  3 lost, 1 restarts
                 base.LaserPub.newScan
         "]].assert_eq(&report.to_string());
+        // What is usual is no worst case.
+        report.chains[0].hops[0].worst_case_ms = Some(19.9);
+        let text = report.to_string();
+        assert!(
+            text.contains("\n    avoider usually takes more than"),
+            "{text}"
+        );
         report.chains.clear();
         assert!(
             report

@@ -2,6 +2,7 @@
 //! its own, so a component that does not answer delays only this thread.
 
 use super::join::{Coverage, JoinedHop, Joiner};
+use super::stalls::Stalls;
 use super::{Chains, News, NewsSender};
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::planned_chain::{PlannedMessage, ReactsIn};
@@ -205,7 +206,7 @@ pub(super) fn start(
         }
     });
     let mut connections: Vec<Connection> = connections.collect();
-    let collector = Arc::new(Mutex::new(Collector::new(plan)));
+    let collector = Arc::new(Mutex::new(Collector::new(plan, &Stalls::watch()?)));
     let shared = Arc::clone(&collector);
     std::thread::Builder::new()
         .name("chains".to_owned())
@@ -287,7 +288,7 @@ impl Connection {
 }
 
 impl Collector {
-    pub(super) fn new(plan: &Plan) -> Self {
+    pub(super) fn new(plan: &Plan, stalls: &Arc<Mutex<Stalls>>) -> Self {
         let (components, places) = pairs_of(plan);
         let mut components: Vec<Followed> = components
             .into_iter()
@@ -312,9 +313,11 @@ impl Collector {
                 components[*at].parts[*pair].push((number, Part::Hop(hop)));
             }
         }
+        let chains = plan.chains.iter().cloned();
+        let joiners = chains.map(|chain| Joiner::new(chain, Arc::clone(stalls)));
         Self {
             components,
-            joiners: plan.chains.iter().cloned().map(Joiner::new).collect(),
+            joiners: joiners.collect(),
             places,
         }
     }

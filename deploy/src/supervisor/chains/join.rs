@@ -4,15 +4,16 @@
 //! This module knows hops and times, no sockets or threads, so its tests need no others. All times
 //! are nanoseconds of the monotonic clock of the supervisor.
 
-use crate::supervisor::chains::report::{Completed, Measured};
-use rc_deploy_network::planned_chain::PlannedChain;
+use super::report::{Completed, Measured};
+use super::stage::{Key, MOST_OPEN, Open, Stage, Stamps, Trace};
+use super::stalls::Stalls;
+use rc_deploy_network::planned_chain::{PlannedChain, PlannedMessage};
 use rc_management::chains::ChainStatus;
 use rc_management::hops::Kind;
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Most messages that are remembered on their way to one component.
-const MOST_OPEN: usize = 20_000;
 /// How long a message may be on its way, in addition to the worst case, before it counts as lost.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The shortest time without any effect that breaks a chain.
@@ -60,97 +61,6 @@ pub(super) const LATE: &str = "chain-late";
 pub(super) const OLD: &str = "chain-old";
 pub(super) const BROKEN_CODE: &str = "chain-broken";
 
-/// A sender and the number of its message.
-type Key = (u32, u32);
-
-/// The way of a message until now.
-#[derive(Clone, Debug)]
-struct Trace {
-    /// When the first message was sent.
-    began: i64,
-    /// For each component that it has passed: on the way, until the reaction, in the reaction.
-    parts: Vec<[i64; 3]>,
-    /// Whether no component on the way has used it twice.
-    is_first: bool,
-}
-
-/// A message on its way to a component, or in it.
-#[derive(Debug)]
-struct Open {
-    trace: Trace,
-    left: i64,
-    has_arrived: bool,
-    is_used: bool,
-}
-
-/// The stamps of messages to programs outside.
-#[derive(Debug, Default)]
-struct Stamps {
-    keys: HashMap<u64, Key>,
-    /// When each was sent, in this order.
-    order: VecDeque<(i64, u64, Key)>,
-}
-
-impl Stamps {
-    /// Forgets the oldest message.
-    fn forget(&mut self) {
-        // A later message may have the same stamp.
-        if let Some((_, stamp, key)) = self.order.pop_front()
-            && self.keys.get(&stamp) == Some(&key)
-        {
-            self.keys.remove(&stamp);
-        }
-    }
-
-    /// Whether a stamp is younger than that of the newest message which was sent until then.
-    fn are_older_than(&self, stamp: u64, until: i64) -> bool {
-        let sent = self.order.partition_point(|(left, ..)| *left <= until);
-        let newest = sent
-            .checked_sub(1)
-            .and_then(|newest| self.order.get(newest));
-        newest.is_some_and(|(_, known, _)| *known < stamp)
-    }
-}
-
-/// The messages to one component.
-#[derive(Debug, Default)]
-struct Stage {
-    open: HashMap<Key, Open>,
-    /// The order in which they were sent.
-    order: VecDeque<(i64, Key)>,
-    /// Hops whose message is not known yet: the sender is asked after the receiver.
-    early: VecDeque<JoinedHop>,
-    /// For each identity of a sender, the sender that it belongs to. `None`: any sender begins the
-    /// chain.
-    senders: Option<HashMap<u32, u32>>,
-    /// Behind programs outside, stamps in place of senders and their numbers.
-    stamps: Option<Stamps>,
-    /// The newest message that has arrived from each sender, and its time.
-    newest: HashMap<u32, (u32, i64)>,
-    /// When the first message was sent after the last one that arrived, and how many were.
-    waits_since: Option<i64>,
-    waiting: u64,
-}
-
-impl Stage {
-    /// Keeps the records of a message that is not known yet.
-    fn wait(&mut self, noted: JoinedHop) {
-        if self.early.len() < MOST_OPEN {
-            self.early.push_back(noted);
-        }
-    }
-
-    /// Whether a message has a stamp that no message to the programs outside had, and that is younger.
-    fn is_restamped(&self, noted: &JoinedHop) -> bool {
-        let stamps = self.stamps.as_ref();
-        stamps.is_some_and(|stamps| {
-            noted.stamp > 0
-                && !stamps.keys.contains_key(&noted.stamp)
-                && stamps.are_older_than(noted.stamp, noted.begun)
-        })
-    }
-}
-
 /// A condition that holds.
 #[derive(Debug)]
 struct Condition {
@@ -169,6 +79,7 @@ pub(super) struct Joiner {
     /// The time of the last effect that was in time.
     in_time: Option<i64>,
     changes: Vec<Change>,
+    stalls: Arc<Mutex<Stalls>>,
     patience: i64,
     broken_after: i64,
 }
@@ -188,7 +99,7 @@ pub(super) fn text_of(nanoseconds: i64) -> String {
 }
 
 impl Joiner {
-    pub(super) fn new(plan: PlannedChain) -> Self {
+    pub(super) fn new(plan: PlannedChain, stalls: Arc<Mutex<Stalls>>) -> Self {
         let hops = plan.hops.len();
         let worst = plan.hops.iter().filter_map(|hop| hop.worst);
         let worst: Duration = worst.flatten().sum();
@@ -206,6 +117,7 @@ impl Joiner {
             conditions: Vec::new(),
             in_time: None,
             changes: Vec::new(),
+            stalls,
             patience: nanoseconds(patience),
             broken_after: nanoseconds(BROKEN.max(slowest.saturating_mul(4))),
             plan,
@@ -259,7 +171,8 @@ impl Joiner {
             return;
         };
         // Nobody has set this stamp.
-        if noted.stamp == 0 {
+        stamps.lacks_newest = noted.stamp == 0;
+        if stamps.lacks_newest {
             return;
         }
         stamps.keys.insert(noted.stamp, key);
@@ -309,10 +222,10 @@ impl Joiner {
         };
         let (sender, number) = key;
         if stage.senders.is_none() && !stage.open.contains_key(&key) {
-            let at = if noted.sent == 0 {
-                noted.begun
-            } else {
-                noted.sent
+            // By a clock that was set back, it is sent later than it came.
+            let at = match noted.sent {
+                0 => noted.begun,
+                sent => sent.min(noted.begun),
             };
             // Data that are used forever are forgotten as the beginning of anything.
             if noted.left - at > self.patience {
@@ -393,11 +306,12 @@ impl Joiner {
             self.measured.late += 1;
             let limit = self.plan.within.unwrap_or_default();
             let text = format!(
-                "chain `{}` took {}, more than {}: {}",
+                "chain `{}` took {}, more than {}: {}{}",
                 self.plan.name,
                 text_of(age),
                 text_of(nanoseconds(limit)),
-                self.guilty(&trace.parts)
+                self.guilty(&trace.parts),
+                self.stood_still(trace.began, end)
             );
             self.note(LATE, text, end);
         }
@@ -405,11 +319,12 @@ impl Joiner {
             self.measured.old += 1;
             let limit = self.plan.age.unwrap_or_default();
             let text = format!(
-                "an effect of chain `{}` is made of data that are {} old, more than {}: {}",
+                "an effect of chain `{}` is made of data that are {} old, more than {}: {}{}",
                 self.plan.name,
                 text_of(age),
                 text_of(nanoseconds(limit)),
-                self.guilty(&trace.parts)
+                self.guilty(&trace.parts),
+                self.stood_still(trace.began, end)
             );
             self.note(OLD, text, end);
         }
@@ -445,6 +360,15 @@ impl Joiner {
             text_of(total),
             hop.input.component
         )
+    }
+
+    /// How long this machine stood still between these times, in words.
+    fn stood_still(&self, begin: i64, end: i64) -> String {
+        let stalls = self.stalls.lock().unwrap_or_else(PoisonError::into_inner);
+        match stalls.during(begin, end) {
+            0 => String::new(),
+            time => format!("; this machine stood still for {} of them", text_of(time)),
+        }
     }
 
     fn note(&mut self, code: &'static str, text: String, at: i64) {
@@ -514,22 +438,25 @@ impl Joiner {
         let broken = stages.find_map(|((stage, hop), coverage)| {
             let since = stage.waits_since?;
             let is_broken = stage.waiting > 1 && now - since >= self.broken_after;
-            let restamped = stage.early.back().filter(|noted| stage.is_restamped(noted));
-            is_broken.then_some((now - since, hop, coverage, restamped.is_some()))
+            is_broken.then_some((now - since, stage, hop, coverage))
         });
-        let Some((time, hop, coverage, is_restamped)) = broken else {
+        let Some((time, stage, hop, coverage)) = broken else {
             return;
         };
         let input = &hop.input;
-        let why = if is_restamped {
-            format!(
-                "receives {}.{} with stamps that are younger than those of all messages sent: a program outside does not copy the stamp",
-                input.slot, input.operation
-            )
-        } else if coverage.since.is_some() {
-            format!("receives no {}.{}", input.slot, input.operation)
-        } else {
-            "does not answer".to_owned()
+        let received = format!("{}.{}", input.slot, input.operation);
+        let fault = hop.outside.as_ref().and_then(|outside| {
+            let PlannedMessage {
+                component,
+                slot,
+                operation,
+            } = &outside.sent;
+            stage.fault_of_stamps(&format!("{component}.{slot}.{operation}"), &received)
+        });
+        let why = match fault {
+            Some(why) => why,
+            None if coverage.since.is_some() => format!("receives no {received}"),
+            None => "does not answer".to_owned(),
         };
         let text = format!(
             "chain `{}` is broken for {}: {} {why}",

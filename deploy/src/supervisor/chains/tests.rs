@@ -2,6 +2,7 @@
 
 use super::collector::{Answer, Collector};
 use super::join::Change;
+use super::stalls::Stalls;
 use super::{News, join};
 use rc_deploy_network::plan::Plan;
 use rc_deploy_network::planned_chain::{
@@ -11,6 +12,7 @@ use rc_management::chains::ChainStatus;
 use rc_management::hops::{Following, Hop, HopReport, Kind};
 use rc_runtime::fastrand;
 use rc_vocabulary::{Stamp, StampOf};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// The components behind the one that begins the chain.
@@ -79,12 +81,15 @@ struct Network {
     runs: [bool; HOPS + 1],
     sent: u32,
     changes: Vec<Change>,
+    stalls: Arc<Mutex<Stalls>>,
 }
 
 impl Network {
     fn new() -> Self {
+        let stalls = Arc::default();
         Self {
-            collector: Collector::new(&plan()),
+            collector: Collector::new(&plan(), &stalls),
+            stalls,
             noted: vec![Vec::new(); HOPS + 1],
             ahead: [0; HOPS + 1],
             senders: std::array::from_fn(|at| (100 + at as u32, true)),
@@ -218,6 +223,26 @@ impl Network {
                 Change::Ended { text, .. } => ("over", text),
             })
             .collect()
+    }
+}
+
+#[test]
+fn a_late_message_says_that_the_machine_stood_still() {
+    // From and to, in ms after the message was sent.
+    for (from, to, told) in [(5, 44, true), (2000, 2039, false)] {
+        let mut network = Network::up();
+        let at = |ms: u64| (network.next() + ms * MS) as i64;
+        let mut stalls = network.stalls.lock().expect("the stalls");
+        stalls.add(at(from), at(to));
+        drop(stalls);
+        let mut delays = USUAL;
+        delays[2][2] += 150 * MS;
+        network.run(1, |_| (delays, HOPS));
+        network.usual(100);
+        let (code, text) = network.changed().remove(0);
+        assert_eq!(code, join::LATE);
+        let tells = text.ends_with("; this machine stood still for 39.0 ms of them");
+        assert_eq!(tells, told, "{text}");
     }
 }
 
@@ -453,7 +478,7 @@ fn through_outside(messages: &[(u64, u64, u64)]) -> (ChainStatus, Vec<Change>) {
         sent: message(0, "out"),
         stamps: [stamp.clone(), stamp],
     });
-    let mut collector = Collector::new(&plan);
+    let mut collector = Collector::new(&plan, &Arc::default());
     let mut changes = Vec::new();
     let mut ask = |now: u64, following: Option<[Following; 2]>| {
         let until = |at: u64| at <= now;
@@ -543,8 +568,25 @@ fn a_program_outside_that_stamps_anew_is_found() {
         .map(|number| (number * 50, number * 50, 1))
         .collect();
     assert_eq!(through_outside(&others).0.hops[0].restamped, 0);
-    // Messages whose stamps nobody sets are not taken for each other.
-    let unset: Vec<_> = (1..20).map(|number| (number * 50, 0, 0)).collect();
-    let (status, _) = through_outside(&unset);
-    assert_eq!((status.complete, status.hops[0].restamped), (0, 0));
+}
+
+/// Messages whose stamps nobody sets are not taken for each other, and the chain says who sets none.
+#[test]
+fn stamps_that_are_not_set_break_the_chain() {
+    let broken = |stamp: u64, copied: u64| {
+        let all: Vec<_> = (1..40).map(|n| (n * 50, stamp * n, copied * n)).collect();
+        let (status, changes) = through_outside(&all);
+        assert_eq!((status.complete, status.hops[0].restamped), (0, 0));
+        let Some(Change::Begun { code, text }) = changes.first() else {
+            panic!("{changes:?}");
+        };
+        assert_eq!(*code, join::BROKEN_CODE);
+        text.clone()
+    };
+    let unset = "`c0.Slot.out` is sent with the stamp 0, which its sender has to set";
+    let text = broken(0, 0);
+    assert!(text.contains(unset), "{text}");
+    let text = broken(50, 0);
+    let lost = "c1 receives Slot.in with the stamp 0: a program outside does not copy the stamp";
+    assert!(text.contains(lost), "{text}");
 }
