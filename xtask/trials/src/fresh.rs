@@ -285,25 +285,31 @@ fn check(runs: usize, smoke: bool) -> Result<f64, Failure> {
 
 /// `cargo xtask soak chains`: a chain over five components, over each middleware, with another host
 /// whose clock is ahead: nothing is reported for so many seconds, then each fault is. Then the bounds
-/// beside 10^6 simulated schedules, and 1,000 changes of two components of which one is killed.
-pub(crate) fn soak(seconds: &str) -> Result<(), Failure> {
+/// beside 10^6 simulated schedules, and 1,000 changes of two components of which one is killed. With
+/// `over`, the chain over this middleware alone.
+pub(crate) fn soak(seconds: &str, over: Option<&str>) -> Result<(), Failure> {
     let length: u64 = seconds.parse()?;
-    for (words, variable) in [
+    let tests: [(&str, &[(&str, &str)]); 3] = [
         (
             "test -p rc-deploy --test dds chains::ten -- --ignored --nocapture",
-            ("RC_CHAIN_SECONDS", seconds),
+            &[
+                ("RC_CHAIN_SECONDS", seconds),
+                ("RC_CHAIN_OVER", over.unwrap_or_default()),
+            ],
         ),
         (
             "test -p rc-deploy --test all network::bounds -- --nocapture",
-            ("RC_SCHEDULES", "1000000"),
+            &[("RC_SCHEDULES", "1000000")],
         ),
         (
             "test -p rc-deploy --test all killed_in_a_change -- --nocapture",
-            ("RC_PROPOSAL_NETWORKS", "125"),
+            &[("RC_PROPOSAL_NETWORKS", "125")],
         ),
-    ] {
+    ];
+    let count = if over.is_some() { 1 } else { tests.len() };
+    for (words, variables) in &tests[..count] {
         let mut command = cargo(&words.split(' ').collect::<Vec<_>>())?;
-        command.env(variable.0, variable.1);
+        command.envs(variables.iter().copied());
         let limit = Duration::from_hours(2) + Duration::from_secs(4 * length);
         print!("{}", output(command, limit)?);
     }
@@ -312,6 +318,13 @@ pub(crate) fn soak(seconds: &str) -> Result<(), Failure> {
 
 /// Measures and prints the table; with `smoke`, a little of programs that are not optimised.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
+    if !smoke && cfg!(debug_assertions) {
+        // The messages are those of this process.
+        let words = "run --quiet --release --bin trials -- bench fresh";
+        let command = cargo(&words.split(' ').collect::<Vec<_>>())?;
+        print!("{}", output(command, 4 * LIMIT)?);
+        return Ok(());
+    }
     let (blocks, runs) = if smoke { (2, 1) } else { (50, 21) };
     let programs = ["rcdeploy", "soak_source", "soak_sink"];
     let mut words = vec!["build", "--quiet"];

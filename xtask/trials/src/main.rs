@@ -73,8 +73,14 @@ fn main() -> ExitCode {
             editor::soak(seconds).map_err(|e| e.to_string())
         }
         ["soak", "graph"] => graph::soak().map_err(|e| e.to_string()),
-        ["soak", "chains"] => fresh::soak("600").map_err(|e| e.to_string()),
-        ["soak", "chains", seconds] => fresh::soak(seconds).map_err(|e| e.to_string()),
+        ["soak", "chains"] => fresh::soak("600", None).map_err(|e| e.to_string()),
+        ["soak", "chains", seconds] => fresh::soak(seconds, None).map_err(|e| e.to_string()),
+        [
+            "soak",
+            "chains",
+            seconds,
+            over @ ("iceoryx2" | "dds" | "ros2"),
+        ] => fresh::soak(seconds, Some(over)).map_err(|e| e.to_string()),
         ["soak", "world"] => world::soak().map_err(|e| e.to_string()),
         ["bench", "wake"] => wake::run(false).map_err(|e| e.to_string()),
         ["bench", "wake", "--smoke"] => wake::run(true).map_err(|e| e.to_string()),
