@@ -1,12 +1,17 @@
 //! Inverse solvers: which joints move a frame to a pose, or with a velocity.
 
+use crate::cell::Cell;
+use crate::search::{Search, Settings};
 use crate::work::Work;
-use rc_formula::{Program, Recorder, Rejected, Term};
+use rc_diagnostics::nearest;
+use rc_formula::{Interpreter, Program, Recorder, Rejected, Term};
 use rc_quantity::Real;
 use rc_quantity::rotation::{transposed, turned};
 use rc_robot::inverse::{self, Aim, Found, Wish};
 use rc_robot::{Chain, State};
 use rc_vocabulary::Primitive;
+use std::cell::RefCell;
+use std::fmt;
 
 /// A function that answers which joints move a frame so.
 #[derive(Clone, Debug)]
@@ -37,34 +42,6 @@ pub enum Question {
     Velocity(Rates),
 }
 
-/// The search for positions. The lists have the numbers of the joints that move the frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Search {
-    /// The tolerance, in m.
-    pub near: f64,
-    /// The tolerance, in rad.
-    pub turned: f64,
-    /// The least positions; infinite without a limit.
-    pub lower: Vec<f64>,
-    /// The greatest positions.
-    pub upper: Vec<f64>,
-    /// The joints that are equal after a whole turn.
-    pub endless: Vec<bool>,
-    /// Where the search begins again: positions after positions.
-    pub starts: Vec<f64>,
-    /// How often the motion is computed at most after each beginning.
-    pub iterations: usize,
-    /// Where it begins: the positions of all coordinates. Without it, the caller says it.
-    pub seed: Option<Vec<f64>>,
-}
-
-impl Search {
-    /// How often a search begins at most.
-    pub fn beginnings(&self) -> usize {
-        1 + self.starts.len() / self.lower.len().max(1)
-    }
-}
-
 /// The choice of velocities. The lists have the numbers of the joints that move the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
@@ -90,7 +67,90 @@ pub struct RateLimits {
     pub period: f64,
 }
 
+/// Two links that a question is about are not those of the robot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unanswered {
+    /// The robot has no such link; perhaps this one.
+    UnknownLink(String, Option<String>),
+    /// They are parts of different robots.
+    Unconnected(String, String),
+}
+
+impl fmt::Display for Unanswered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownLink(name, None) => write!(f, "the robot has no link `{name}`"),
+            Self::UnknownLink(name, Some(near)) => {
+                write!(f, "the robot has no link `{name}`: did you mean `{near}`?")
+            }
+            Self::Unconnected(tip, base) => {
+                write!(
+                    f,
+                    "nothing connects `{tip}` and `{base}`: they are parts of different robots"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for Unanswered {}
+
+impl Cell {
+    /// The inverse solver of the pose of `tip` in `base`, which no text asks for. Its motion answers where the frame is.
+    ///
+    /// # Errors
+    /// The robot has no such links, or nothing connects them.
+    pub fn inverse_of(
+        &self,
+        tip: &str,
+        base: &str,
+        settings: Settings,
+    ) -> Result<Inverse, Unanswered> {
+        let robot = &self.robot;
+        let body = |name: &str| {
+            robot.body(name).ok_or_else(|| {
+                let near = nearest(name, robot.links().map(|(_, name)| name));
+                Unanswered::UnknownLink(name.to_owned(), near.map(str::to_owned))
+            })
+        };
+        let chain = robot.chain(body(base)?, body(tip)?);
+        let chain =
+            chain.ok_or_else(|| Unanswered::Unconnected(tip.to_owned(), base.to_owned()))?;
+        let joints = chain.coordinates();
+        let coordinates = robot.coordinates.len();
+        Ok(Inverse {
+            name: "inverse".to_owned(),
+            doc: Vec::new(),
+            question: question_of_pose(tip, base),
+            coordinates,
+            motion: motion(&chain, None, coordinates, &joints, true),
+            asked: Question::Pose(Search::new(robot, &chain, &joints, settings)),
+            joints,
+        })
+    }
+}
+
+/// The argument of an inverse solver of a pose.
+pub(crate) fn question_of_pose(tip: &str, base: &str) -> String {
+    // Names of links may have any character. A line of a comment stays one.
+    format!("Where `{tip}` shall be in `{base}`: the homogeneous matrix for columns, in metres.")
+        .replace(char::is_control, " ")
+}
+
 impl Inverse {
+    /// The pose of the frame at the positions of all coordinates, in three rows of the homogeneous matrix, then the six rows of the
+    /// Jacobian for [`joints`](Self::joints). An inverse of a velocity has no pose.
+    ///
+    /// # Errors
+    /// There is another number of positions.
+    pub fn moved(&self, positions: &[f64]) -> Result<Vec<f64>, Rejected> {
+        if positions.len() != self.coordinates {
+            return Err(Rejected::Count);
+        }
+        let at: Vec<f64> = self.joints.iter().map(|at| positions[*at]).collect();
+        self.motion.run(&at)
+    }
+
     /// The operations of one computation of the motion.
     pub fn work(&self) -> Work {
         Work::of(&self.motion)
@@ -107,6 +167,18 @@ impl Inverse {
             return None;
         }
         let mut positions: Vec<f64> = self.joints.iter().map(|at| all[*at]).collect();
+        let mut closed = Vec::new();
+        if let Some(form) = &search.closed {
+            let formula = Interpreter::new(&form.positions);
+            closed = vec![0.0; search.closed_numbers()];
+            formula
+                .ok()?
+                .run(target[..3].as_flattened(), &mut closed)
+                .ok()?;
+            let (lower, upper) = (&search.lower, &search.upper);
+            let kept = inverse::nearest(&mut closed, &form.turns, lower, upper, &positions);
+            closed.truncate(kept);
+        }
         let aim = Aim {
             target,
             near: search.near,
@@ -114,12 +186,15 @@ impl Inverse {
             lower: &search.lower,
             upper: &search.upper,
             endless: &search.endless,
+            closed: &closed,
             starts: &search.starts,
             iterations: search.iterations,
         };
-        let motion = |positions: &[f64], out: &mut [f64]| match self.motion.run(positions) {
-            Ok(numbers) => out.copy_from_slice(&numbers),
-            Err(_) => out.fill(f64::NAN),
+        let interpreter = RefCell::new(Interpreter::new(&self.motion).ok()?);
+        let motion = |positions: &[f64], out: &mut [f64]| {
+            if interpreter.borrow_mut().run(positions, out).is_err() {
+                out.fill(f64::NAN);
+            }
         };
         let mut room = vec![0.0; inverse::room(positions.len())];
         let found = inverse::pose(motion, &aim, &mut positions, &mut room);

@@ -12,13 +12,15 @@ mod names;
 mod parse;
 mod print;
 mod resolve;
+mod search;
 mod work;
 
 pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver};
-pub use inverse::{Inverse, Question, RateLimits, Rates, Search};
+pub use inverse::{Inverse, Question, RateLimits, Rates, Unanswered};
 pub use parse::parse;
 pub use print::{c, cpp, library, loader, python, rust, rust_methods};
 pub use resolve::load;
+pub use search::{ClosedForm, Search, Settings};
 pub use work::Work;
 
 /// The formatting options of `.kdsl` files.

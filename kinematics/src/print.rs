@@ -1,5 +1,6 @@
 //! Prints the solvers of a cell as code without dependencies.
 
+mod closed;
 mod cpp;
 mod ctypes;
 mod inverse;

@@ -102,6 +102,11 @@ impl Chain<'_> {
         self.steps.len()
     }
 
+    /// Its joints, from its base on.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = &Joint> {
+        self.steps.iter().map(|step| step.joint)
+    }
+
     /// The coordinates of its joints, in their order in the robot.
     pub fn coordinates(&self) -> Vec<usize> {
         let driven = |step: &Step<'_>| Some(step.joint.motion.driven()?.0);

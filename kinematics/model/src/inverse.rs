@@ -14,7 +14,7 @@
 )]
 mod core;
 
-pub use self::core::{Aim, Found, Wish, pose, room, velocity, within};
+pub use self::core::{Aim, Found, Wish, nearest, pose, room, velocity, within};
 
 /// The loops as text of Rust, without dependencies.
 pub const TEXT: &str = include_str!("inverse/core.rs");

@@ -1,11 +1,13 @@
 //! Robots of rigid bodies and joints: [`read`] reads one from a URDF, [`chain`](Robot::chain) says how
-//! one frame moves in another one, [`dynamics`] what forces do, [`loops`] what holds frames together, [`inverse`] which joints move a frame so.
+//! one frame moves in another one, [`dynamics`] what forces do, [`loops`] what holds frames together, [`inverse`] which joints
+//! move a frame so, and [`closed`] where that has a closed form.
 //!
 //! All lengths are in metres, angles in radians, masses in kilograms. Frames are right-handed. A frame
 //! is that of a link of the URDF. The algorithms compute with any [`Real`](rc_quantity::Real): with
 //! numbers, or with terms of a formula that is printed as code.
 
 mod chain;
+pub mod closed;
 pub mod dynamics;
 pub mod inverse;
 pub mod loops;

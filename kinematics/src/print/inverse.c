@@ -1,10 +1,10 @@
 /* The loops of inverse solvers: a damped Gauss-Newton method for positions (T. Sugihara, 2011), the
    least squares within limits for velocities. */
 typedef struct {
-    const double *target, *lower, *upper, *starts;
+    const double *target, *lower, *upper, *starts, *closed;
     const unsigned char *endless;
     double near, turned;
-    int searches, iterations;
+    int searches, iterations, closings;
 } PREFIX__aim;
 
 typedef struct {
@@ -117,13 +117,15 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
     PREFIX__found found = {0, 0, INFINITY, INFINITY};
     for (int joint = 0; joint < joints; joint++)
         first[joint] = positions[joint];
-    for (int search = 0; search < aim->searches; search++) {
+    for (int search = -aim->closings; search < aim->searches; search++) {
         double error[6], distance, angle, cost, damping = 0.1;
         int reached;
         for (int joint = 0; joint < joints; joint++) {
-            const double start = search == 0 ? first[joint] : aim->starts[(search - 1) * joints + joint];
+            const double start = search < 0    ? aim->closed[(search + aim->closings) * joints + joint]
+                                 : search == 0 ? first[joint]
+                                               : aim->starts[(search - 1) * joints + joint];
             at[joint] = PREFIX__within(start, aim->lower[joint], aim->upper[joint]);
-            if (search == 0)
+            if (search == -aim->closings)
                 positions[joint] = at[joint];
         }
         motion(at, now);
@@ -211,6 +213,47 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
         }
     }
     return found;
+}
+
+/* Brings `count` numbers of a closed form, positions after positions, within limits by whole turns, as near as possible to
+   `first`. Returns how many positions remain, the nearest ones first. */
+static inline int PREFIX__nearest(double *closed, int count, const double *turns, const double *lower, const double *upper, int joints, const double *first)
+{
+    int kept = 0;
+    for (int at = 0; at + joints <= count; at += joints) {
+        double far = 0.0;
+        int is_within = 1;
+        for (int joint = 0; joint < joints; joint++) {
+            const double turn = turns[joint], start = PREFIX__within(first[joint], lower[joint], upper[joint]);
+            double place = closed[at + joint];
+            place += turn * floor((start - place) / turn + 0.5);
+            if (place > upper[joint])
+                place -= turn;
+            else if (place < lower[joint])
+                place += turn;
+            is_within = is_within && place >= lower[joint] && place <= upper[joint];
+            closed[at + joint] = place;
+            far += (place - first[joint]) * (place - first[joint]);
+        }
+        if (!is_within)
+            continue;
+        for (int joint = 0; joint < joints; joint++)
+            closed[kept * joints + joint] = closed[at + joint];
+        for (int place = kept; place > 0; place--) {
+            double *own = closed + place * joints, *other = own - joints, before = 0.0;
+            for (int joint = 0; joint < joints; joint++)
+                before += (other[joint] - first[joint]) * (other[joint] - first[joint]);
+            if (before <= far)
+                break;
+            for (int joint = 0; joint < joints; joint++) {
+                const double swapped = own[joint];
+                own[joint] = other[joint];
+                other[joint] = swapped;
+            }
+        }
+        kept++;
+    }
+    return kept;
 }
 
 /* The velocities x of joints within their limits with the least |J x - v|^2 + d^2 |x - p|^2, for the part p of

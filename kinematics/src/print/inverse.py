@@ -65,6 +65,29 @@ def _solve(matrix: list[list[float]], vector: list[float]) -> None:
         vector[row] = value / matrix[row][row]
 
 
+def _nearest_of(
+    closed: list[list[float]], turns: list[float], lower: list[float], upper: list[float], first: list[float]
+) -> list[list[float]]:
+    """Positions of a closed form within limits, brought near by whole turns, the nearest ones first."""
+    kept: list[tuple[float, list[float]]] = []
+    for found in closed:
+        if not all(math.isfinite(one) for one in (*found, *first)):
+            continue
+        far = 0.0
+        for joint, turn in enumerate(turns):
+            start = _within(first[joint], lower[joint], upper[joint])
+            found[joint] += turn * math.floor((start - found[joint]) / turn + 0.5)
+            if found[joint] > upper[joint]:
+                found[joint] -= turn
+            elif found[joint] < lower[joint]:
+                found[joint] += turn
+            far += (found[joint] - first[joint]) * (found[joint] - first[joint])
+        if all(low <= one <= high for one, low, high in zip(found, lower, upper)):
+            kept.append((far, found))
+    kept.sort(key=lambda one: one[0])
+    return [found for _, found in kept]
+
+
 def _search(
     motion: Callable[[list[float]], tuple[list[float], list[list[float]]]],
     target: list[list[float]],
@@ -73,6 +96,8 @@ def _search(
     lower: list[float],
     upper: list[float],
     endless: list[bool],
+    closed: list[list[float]],
+    turns: list[float],
     starts: list[list[float]],
     iterations: int,
     first: list[float],
@@ -82,7 +107,7 @@ def _search(
     length = near / turned
     count, least = 0, math.inf
     best: tuple[list[float], bool, float, float] = (first, False, math.inf, math.inf)
-    for start in [first, *starts]:
+    for start in [*_nearest_of(closed, turns, lower, upper, first), first, *starts]:
         at = [_within(start[joint], lower[joint], upper[joint]) for joint in joints]
         if count == 0:
             best = (at, False, math.inf, math.inf)

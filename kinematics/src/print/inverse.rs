@@ -1,8 +1,10 @@
 //! Prints inverse solvers: the motion as straight lines, and the loops over it.
 
+use super::closed;
 use crate::cell::Cell;
-use crate::inverse::{Inverse, Question, RateLimits, Rates, Search};
+use crate::inverse::{Inverse, Question, RateLimits, Rates};
 use crate::names::type_name;
+use crate::search::Search;
 use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
 use std::fmt::Write;
 
@@ -13,13 +15,13 @@ const C: &str = include_str!("inverse.c");
 const PYTHON: &str = include_str!("inverse.py");
 
 /// Infinite numbers of a language.
-struct Numbers {
+pub(super) struct Numbers {
     infinity: &'static str,
     negative_infinity: &'static str,
 }
 
 impl Numbers {
-    fn list(&self, numbers: &[f64]) -> String {
+    pub(super) fn list(&self, numbers: &[f64]) -> String {
         let words = numbers.iter().map(|number| match *number {
             f64::INFINITY => self.infinity.to_owned(),
             f64::NEG_INFINITY => self.negative_infinity.to_owned(),
@@ -29,15 +31,15 @@ impl Numbers {
     }
 }
 
-const IN_RUST: Numbers = Numbers {
+pub(super) const IN_RUST: Numbers = Numbers {
     infinity: "f64::INFINITY",
     negative_infinity: "f64::NEG_INFINITY",
 };
-const IN_C: Numbers = Numbers {
+pub(super) const IN_C: Numbers = Numbers {
     infinity: "INFINITY",
     negative_infinity: "-INFINITY",
 };
-const IN_PYTHON: Numbers = Numbers {
+pub(super) const IN_PYTHON: Numbers = Numbers {
     infinity: "math.inf",
     negative_infinity: "-math.inf",
 };
@@ -50,6 +52,9 @@ pub(super) fn about(inverse: &Inverse) -> Vec<String> {
         "{} sums, {} products, {} sines, cosines and roots",
         work.sums, work.products, work.functions
     );
+    if let Question::Pose(search) = &inverse.asked {
+        lines.extend(search.closed.as_ref().map(closed::about));
+    }
     lines.push(match &inverse.asked {
         Question::Pose(search) => format!(
             "Each call computes the motion at most {} times: {size}, and the equations of a step.",
@@ -176,14 +181,16 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
                 None => "*last".to_owned(),
             };
             let endless: Vec<String> = search.endless.iter().map(bool::to_string).collect();
+            let first = beginning(inverse, search);
             let _ = write!(
                 out,
                 "///\n/// `target`: {}{}\n\
                 pub fn {name}(target: &[[f64; 4]; 4]{last}) -> {of} {{\n{motion}\
+                \x20   let (lower, upper): (&[f64], &[f64]) = (&[{}], &[{}]);\n{}\
                 \x20   let aim = _inverse::Aim {{\n        target,\n        near: {:?},\n        turned: {:?},\n\
-                \x20       lower: &[{}],\n        upper: &[{}],\n        endless: &[{}],\n        starts: &[{}],\n\
-                \x20       iterations: {},\n    }};\n\
-                \x20   let mut found = [{}];\n\
+                \x20       lower,\n        upper,\n        endless: &[{}],\n        closed: &closed[..kept],\n\
+                \x20       starts: &[{}],\n        iterations: {},\n    }};\n\
+                \x20   let mut found = [{first}];\n\
                 \x20   let search = _inverse::pose(motion, &aim, &mut found, &mut [0.0; _inverse::room({joints})]);\n\
                 \x20   let mut positions = {all};\n",
                 inverse.question,
@@ -192,14 +199,14 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
                 } else {
                     ""
                 },
-                search.near,
-                search.turned,
                 IN_RUST.list(&search.lower),
                 IN_RUST.list(&search.upper),
+                closed::rust(search, &first),
+                search.near,
+                search.turned,
                 endless.join(", "),
                 IN_RUST.list(&search.starts),
                 search.iterations,
-                beginning(inverse, search),
             );
             for (place, joint) in inverse.joints.iter().enumerate() {
                 let _ = writeln!(out, "    positions[{joint}] = found[{place}];");
@@ -297,7 +304,11 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
     for (at, number) in numbers.iter().enumerate() {
         let _ = writeln!(out, "    out[{at}] = {number};");
     }
-    let _ = writeln!(out, "}}\n\n/* The result of {name}. */\ntypedef struct {{");
+    out.push_str("}\n");
+    if let Question::Pose(search) = &inverse.asked {
+        out += &closed::c(prefix, inverse, search);
+    }
+    let _ = writeln!(out, "\n/* The result of {name}. */\ntypedef struct {{");
     let fields: &[(&str, &str)] = match &inverse.asked {
         Question::Pose(_) => &[
             (POSITIONS, "double positions[COUNT]"),
@@ -339,6 +350,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
             let endless = search.endless.iter().map(|is| if *is { "1" } else { "0" });
             let endless = endless.collect::<Vec<_>>().join(", ");
             // A list of C is not empty.
+            let (declared, called) = closed::c_call(prefix, inverse, search);
             let starts = match search.starts.as_slice() {
                 [] => "0.0".to_owned(),
                 starts => IN_C.list(starts),
@@ -349,13 +361,14 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
                 \x20   static const double lower[{joints}] = {{{}}}, upper[{joints}] = {{{}}};\n\
                 \x20   static const double starts[] = {{{starts}}};\n\
                 \x20   static const unsigned char endless[{joints}] = {{{endless}}};\n\
-                \x20   const {prefix}__aim aim = {{&target[0][0], lower, upper, starts, endless, {:?}, {:?}, {}, {}}};\n\
+                {declared}\
+                \x20   {prefix}__aim aim = {{&target[0][0], lower, upper, starts, closed, endless, {:?}, {:?}, {}, {}, 0}};\n\
                 \x20   double work[{}], found[{joints}];\n    {prefix}__found search;\n",
                 IN_C.list(&search.lower),
                 IN_C.list(&search.upper),
                 search.near,
                 search.turned,
-                search.beginnings(),
+                1 + search.starts.len() / joints,
                 search.iterations,
                 rc_robot::inverse::room(joints),
             );
@@ -375,6 +388,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
             for (place, joint) in inverse.joints.iter().enumerate() {
                 let _ = writeln!(out, "    found[{place}] = result->positions[{joint}];");
             }
+            out += &called;
             let _ = writeln!(
                 out,
                 "    search = {prefix}__search({motion}, &aim, {joints}, found, work);"
@@ -452,6 +466,9 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
         ),
         Question::Velocity(_) => writeln!(out, "    return {}", rows(&numbers)),
     };
+    if let Question::Pose(search) = &inverse.asked {
+        out += &closed::python(inverse, search);
+    }
     let _ = writeln!(
         out,
         "\n\nclass {of}(NamedTuple):\n    \"\"\"The result of {name}.\"\"\"\n"
@@ -524,12 +541,13 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
                 \x20       raise ValueError(\"4 rows of 4 numbers are expected\")\n\
                 \x20   found, reached, distance, angle, iterations = _search(\n\
                 \x20       {motion},\n        wanted,\n        {:?},\n        {:?},\n        [{}],\n        [{}],\n        [{}],\n\
-                \x20       [{}],\n        {},\n        [{}],\n    )\n",
+                \x20       {},\n        [{}],\n        {},\n        [{}],\n    )\n",
                 search.near,
                 search.turned,
                 IN_PYTHON.list(&search.lower),
                 IN_PYTHON.list(&search.upper),
                 endless.collect::<Vec<_>>().join(", "),
+                closed::python_call(inverse, search),
                 starts.collect::<Vec<_>>().join(", "),
                 search.iterations,
                 each(inverse, |joint, _| format!("positions[{joint}]")),

@@ -2,21 +2,18 @@
 
 use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
 use crate::ast::{self, MotionPart, Quantity, SettingKind};
-use crate::inverse::{Inverse, Question, RateLimits, Rates, Search, motion};
+use crate::inverse::{Inverse, Question, RateLimits, Rates, motion, question_of_pose};
+use crate::search::{Search, Settings, ranges, turns};
 use rc_diagnostics::{Diagnostic, Span};
-use rc_robot::{Motion, inverse};
+use rc_robot::Chain;
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
 /// The most computations of a motion after each beginning of a search.
 const MOST_ITERATIONS: i64 = 10_000;
 
 /// The most beginnings of a search.
 const MOST_RESTARTS: i64 = 1_000;
-
-/// Enough for arms of six and seven joints in all their limits.
-const RESTARTS: usize = 63;
 
 impl Resolver<'_> {
     /// The positions of all coordinates in each posture.
@@ -40,7 +37,7 @@ impl Resolver<'_> {
     }
 
     fn posture(&mut self, posture: &ast::Posture) -> Vec<f64> {
-        let ranges = self.ranges();
+        let ranges = ranges(self.robot);
         // Joints that the posture does not name are at 0, or at the nearest limit.
         let middle = ranges
             .iter()
@@ -56,7 +53,7 @@ impl Resolver<'_> {
             let Some(at) = self.coordinate(joint) else {
                 continue;
             };
-            let unit = if self.turns(at) { "rad" } else { "m" };
+            let unit = if turns(self.robot, at) { "rad" } else { "m" };
             let Some(value) = self.quantity(place, unit) else {
                 continue;
             };
@@ -89,27 +86,6 @@ impl Resolver<'_> {
             self.found.push(error.suggest(&joint.text, known));
         }
         found
-    }
-
-    /// Whether a coordinate turns its own joint.
-    fn turns(&self, coordinate: usize) -> bool {
-        let name = &self.robot.coordinates[coordinate];
-        let joints = self
-            .robot
-            .bodies
-            .iter()
-            .filter_map(|body| body.joint.as_ref());
-        let mut own = joints.filter(|joint| joint.name == *name);
-        own.any(|joint| matches!(joint.motion, Motion::Turns { .. }))
-    }
-
-    /// The least and the greatest position of each coordinate.
-    fn ranges(&self) -> Vec<(f64, f64)> {
-        let limits = self.robot.limits().into_iter();
-        let endless = (f64::NEG_INFINITY, f64::INFINITY);
-        limits
-            .map(|limits| limits.map_or(endless, |limits| (limits.lower, limits.upper)))
-            .collect()
     }
 
     fn quantity(&mut self, quantity: &Quantity, wanted: &str) -> Option<f64> {
@@ -254,13 +230,11 @@ impl Resolver<'_> {
             joints.sort_unstable();
             joints.dedup();
         }
-        self.steps += chain.len() + expressed.as_ref().map_or(0, rc_robot::Chain::len);
+        self.steps += chain.len() + expressed.as_ref().map_or(0, Chain::len);
         let (tip, base) = (&asked.tip.text, &asked.base.text);
         let axes = asked.expressed.as_ref().map_or(base, |name| &name.text);
         let question = if is_pose {
-            format!(
-                "Where `{tip}` shall be in `{base}`: the homogeneous matrix for columns, in metres."
-            )
+            question_of_pose(tip, base)
         } else {
             format!(
                 "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in rad/s, along \
@@ -268,12 +242,12 @@ impl Resolver<'_> {
             )
         };
         let how = if is_pose {
-            Question::Pose(self.search(solver, &joints))
+            Question::Pose(self.search(solver, &chain, &joints))
         } else {
             Question::Velocity(self.rates(solver, &joints))
         };
         let starts = match &how {
-            Question::Pose(search) => search.starts.len(),
+            Question::Pose(search) => search.starts.len() + search.closed_numbers(),
             Question::Velocity(_) => 0,
         };
         if 12 + 6 * joints.len() + starts > MOST_NUMBERS || self.steps > MOST_STEPS {
@@ -295,7 +269,6 @@ impl Resolver<'_> {
         Some(Inverse {
             name: solver.name.text.clone(),
             doc: solver.doc.clone(),
-            // Names of links may have any character. A line of a comment stays one.
             question: question.replace(char::is_control, " "),
             coordinates,
             joints,
@@ -304,74 +277,31 @@ impl Resolver<'_> {
         })
     }
 
-    fn search(&mut self, solver: &ast::Solver, joints: &[usize]) -> Search {
-        let (mut near, mut turned, mut iterations, mut restarts) = (1e-6, 1e-6, 60, RESTARTS);
-        let (mut keeps_limits, mut seed) = (false, None);
+    fn search(&mut self, solver: &ast::Solver, chain: &Chain<'_>, joints: &[usize]) -> Search {
+        let mut settings = Settings::default();
         for setting in &solver.settings {
             match &setting.kind {
-                SettingKind::Within => keeps_limits = true,
+                SettingKind::Within => settings.keeps_limits = true,
                 SettingKind::Tolerance(way, angle) => {
-                    near = self.positive(way, "m", 1e3).unwrap_or(near);
-                    turned = self.positive(angle, "rad", 1e3).unwrap_or(turned);
+                    let near = self.positive(way, "m", 1e3);
+                    settings.near = near.unwrap_or(settings.near);
+                    let turned = self.positive(angle, "rad", 1e3);
+                    settings.turned = turned.unwrap_or(settings.turned);
                 }
                 SettingKind::Iterations(number) => {
                     let given = self.integer(number, 1, MOST_ITERATIONS);
-                    iterations = given.unwrap_or(iterations);
+                    settings.iterations = given.unwrap_or(settings.iterations);
                 }
                 SettingKind::Restarts(number) => {
-                    restarts = self.integer(number, 0, MOST_RESTARTS).unwrap_or(restarts);
+                    let given = self.integer(number, 0, MOST_RESTARTS);
+                    settings.restarts = given.unwrap_or(settings.restarts);
                 }
                 SettingKind::Seed(name) if name.text == "last" => {}
-                SettingKind::Seed(name) => seed = self.named_posture(name, true),
+                SettingKind::Seed(name) => settings.seed = self.named_posture(name, true),
                 _ => {}
             }
         }
-        let ranges = self.ranges();
-        let own: Vec<(f64, f64)> = joints.iter().map(|at| ranges[*at]).collect();
-        // Without an end, searches begin in one turn, or within a metre.
-        let places = joints.iter().zip(&own).map(|(joint, (lower, upper))| {
-            let far = if self.turns(*joint) { PI } else { 1.0 };
-            match (lower.is_finite(), upper.is_finite()) {
-                (true, true) => (*lower, *upper),
-                (true, false) => (*lower, lower + 2.0 * far),
-                (false, true) => (upper - 2.0 * far, *upper),
-                (false, false) => (-far, far),
-            }
-        });
-        let places: Vec<(f64, f64)> = places.collect();
-        let endless = joints.iter().map(|joint| self.is_endless(*joint, &ranges));
-        let endless = endless.collect();
-        let (lower, upper) = if keeps_limits {
-            own.into_iter().unzip()
-        } else {
-            let count = joints.len();
-            (vec![f64::NEG_INFINITY; count], vec![f64::INFINITY; count])
-        };
-        Search {
-            near,
-            turned,
-            lower,
-            upper,
-            endless,
-            starts: inverse::starts(&places, restarts),
-            iterations,
-            seed,
-        }
-    }
-
-    /// Whether the robot is equal after a whole turn of a joint without limits.
-    fn is_endless(&self, coordinate: usize, ranges: &[(f64, f64)]) -> bool {
-        let joints = self
-            .robot
-            .bodies
-            .iter()
-            .filter_map(|body| body.joint.as_ref());
-        let mut own = joints.filter_map(|joint| {
-            let (moved, ratio) = joint.motion.driven()?;
-            let turns = matches!(joint.motion, Motion::Turns { .. });
-            (moved == coordinate).then_some(turns && ratio.fract() == 0.0)
-        });
-        ranges[coordinate] == (f64::NEG_INFINITY, f64::INFINITY) && own.all(|same| same)
+        Search::new(self.robot, chain, joints, settings)
     }
 
     fn rates(&mut self, solver: &ast::Solver, joints: &[usize]) -> Rates {
@@ -423,7 +353,7 @@ impl Resolver<'_> {
         }
         let of_joints = |all: &[f64]| joints.iter().map(|at| all[*at]).collect::<Vec<f64>>();
         let limits = within.zip(period).map(|(_, (_, period))| {
-            let (lower, upper): (Vec<f64>, Vec<f64>) = self.ranges().into_iter().unzip();
+            let (lower, upper): (Vec<f64>, Vec<f64>) = ranges(self.robot).into_iter().unzip();
             let fastest = self.robot.limits().into_iter().map(|limits| {
                 let said = limits.map(|limits| limits.velocity);
                 said.filter(|fastest| *fastest > 0.0)

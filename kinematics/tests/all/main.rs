@@ -4,6 +4,7 @@
 
 mod arms;
 mod cells;
+mod closed;
 mod cpp;
 mod ctypes;
 mod findings;

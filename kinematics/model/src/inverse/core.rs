@@ -20,6 +20,8 @@ pub struct Aim<'a> {
     /// The joints that are equal after a whole turn. Their positions are within half a turn of the
     /// first ones.
     pub endless: &'a [bool],
+    /// Where the search begins, before it begins at the positions of the caller: positions after positions.
+    pub closed: &'a [f64],
     /// Where the search begins again, if it found nothing: positions after positions.
     pub starts: &'a [f64],
     /// How often the motion is computed at most after each beginning.
@@ -147,12 +149,12 @@ fn solve(matrix: &mut [[f64; 6]; 6], vector: &mut [f64; 6]) {
     }
 }
 
-/// Searches positions of joints in which a frame has a pose. It begins with `positions`, and leaves
-/// there the first ones that it found, or the nearest.
+/// Searches positions of joints in which a frame has a pose. It leaves
+/// there the first ones that it found, or the nearest. Without a closed form, it begins with `positions`.
 ///
 /// `motion` writes the pose of the frame (three rows of the homogeneous matrix) and its Jacobian (six
 /// rows) for some positions. `work` has [`room`] numbers. Each call ends after
-/// `iterations` computations of the motion from `positions` and from each of `starts`.
+/// `iterations` computations of the motion from each of `closed`, from `positions`, and from each of `starts`.
 pub fn pose(
     motion: impl Fn(&[f64], &mut [f64]),
     aim: &Aim<'_>,
@@ -175,12 +177,15 @@ pub fn pose(
         iterations: 0,
     };
     let mut least = f64::INFINITY;
-    let searches = 1 + aim.starts.len() / if joints > 0 { joints } else { 1 };
+    let each = if joints > 0 { joints } else { 1 };
+    let closed = aim.closed.len() / each;
+    let searches = closed + 1 + aim.starts.len() / each;
     for search in 0..searches {
         for joint in 0..joints {
             let start = match search {
-                0 => first[joint],
-                _ => aim.starts[(search - 1) * joints + joint],
+                _ if search < closed => aim.closed[search * joints + joint],
+                _ if search == closed => first[joint],
+                _ => aim.starts[(search - closed - 1) * joints + joint],
             };
             at[joint] = within(start, aim.lower[joint], aim.upper[joint]);
         }
@@ -280,6 +285,62 @@ pub fn pose(
         }
     }
     found
+}
+
+/// Brings positions of a closed form within limits by whole turns, as near as possible to `first`, and leaves the nearest ones at the
+/// beginning. Returns how many numbers remain: positions beyond a limit are dropped. `turns` are whole turns of the joints.
+pub fn nearest(
+    closed: &mut [f64],
+    turns: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    first: &[f64],
+) -> usize {
+    let joints = first.len();
+    let (mut kept, mut at) = (0, 0);
+    while at + joints <= closed.len() {
+        let (mut far, mut is_within) = (0.0, true);
+        for joint in 0..joints {
+            let turn = turns[joint];
+            let start = within(first[joint], lower[joint], upper[joint]);
+            let mut place = closed[at + joint];
+            place += turn * f64::floor((start - place) / turn + 0.5);
+            if place > upper[joint] {
+                place -= turn;
+            } else if place < lower[joint] {
+                place += turn;
+            }
+            // It is false for what is not a number, too.
+            is_within = is_within && place >= lower[joint] && place <= upper[joint];
+            closed[at + joint] = place;
+            far += (place - first[joint]) * (place - first[joint]);
+        }
+        at += joints;
+        if !is_within {
+            continue;
+        }
+        // The nearest ones come first; of equal ones, the earlier.
+        let mut place = kept;
+        for joint in 0..joints {
+            closed[kept + joint] = closed[at - joints + joint];
+        }
+        while place > 0 {
+            let mut before = 0.0;
+            for joint in 0..joints {
+                let way = closed[place - joints + joint] - first[joint];
+                before += way * way;
+            }
+            if before <= far {
+                break;
+            }
+            for joint in 0..joints {
+                closed.swap(place + joint, place - joints + joint);
+            }
+            place -= joints;
+        }
+        kept += joints;
+    }
+    kept
 }
 
 /// A velocity that a frame shall have.

@@ -80,9 +80,14 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
     });
     let inverses = cell.inverses.iter().map(|inverse| {
         let work = inverse.work();
-        let (asked, iterations, beginnings) = match &inverse.asked {
-            Question::Pose(search) => ("pose", search.iterations, search.beginnings()),
-            Question::Velocity(_) => ("velocity", 1, 1),
+        let (asked, iterations, beginnings, closed) = match &inverse.asked {
+            Question::Pose(search) => (
+                "pose",
+                search.iterations,
+                search.beginnings(),
+                search.closed.as_ref().map(|form| form.kind.describe()),
+            ),
+            Question::Velocity(_) => ("velocity", 1, 1, None),
         };
         let joints = inverse.joints.iter();
         json!({
@@ -91,6 +96,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "asked": asked,
             "question": inverse.question,
             "joints": joints.map(|at| &robot.coordinates[*at]).collect::<Vec<_>>(),
+            "closedForm": closed,
             "mostMotions": iterations * beginnings,
             "sums": work.sums,
             "products": work.products,
