@@ -23,6 +23,7 @@ mod inner_model;
 mod inside;
 mod interop_client;
 mod joints;
+mod kinematics;
 mod large;
 mod late;
 mod live_picture;

@@ -13,6 +13,7 @@ pub mod clouds;
 pub mod rc_bench;
 pub mod rc_inner_model;
 pub mod rc_interop;
+pub mod rc_kinematics;
 pub mod rc_simulation;
 pub mod rc_soak;
 pub mod rc_types;

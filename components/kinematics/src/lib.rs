@@ -1,0 +1,8 @@
+//! The component `kinematics`.
+
+mod answers;
+mod robot;
+mod service;
+mod specific_worker;
+
+pub use specific_worker::SpecificWorker;

@@ -1,0 +1,5 @@
+//! Runs the component `kinematics`.
+
+fn main() -> std::process::ExitCode {
+    kinematics_generated::run::<kinematics::SpecificWorker>()
+}

@@ -1,0 +1,49 @@
+//! Reads the robot of the component.
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_kinematics::Cell;
+use rc_syntax::{ImportError, ImportedFile, Loader};
+use std::path::Path;
+
+/// Reads robots beside the file that names them.
+struct Beside;
+
+impl Loader for Beside {
+    fn find(&self, from: &Path, wanted: &str, _: &str) -> Result<ImportedFile, ImportError> {
+        let path = from.parent().unwrap_or(Path::new("")).join(wanted);
+        match rc_files::read(&path) {
+            Ok(text) => Ok(ImportedFile { path, text }),
+            Err(error) => Err(ImportError {
+                searched: vec![path.display().to_string()],
+                refused: Some(error.to_string()),
+                ..ImportError::default()
+            }),
+        }
+    }
+}
+
+/// Reads a URDF, or a `.kdsl` with its robots.
+///
+/// # Errors
+/// The findings, or why the file is not readable, as text.
+pub(crate) fn read(path: &Path) -> Result<Cell, String> {
+    let mut sources = SourceMap::new();
+    let source = if path.extension().is_some_and(|ending| ending == "kdsl") {
+        let text = rc_files::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        sources.add(path, text)
+    } else {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let name = name.ok_or_else(|| format!("{} is not a file", path.display()))?;
+        let text = format!("import \"{name}\";\nKinematics robot\n{{\n}};\n");
+        sources.add(
+            path.with_file_name("(the robot of the component).kdsl"),
+            text,
+        )
+    };
+    let (cell, found) = rc_kinematics::load(&mut sources, &Beside, source);
+    let text = render(&sources, &found, Format::Short);
+    match cell {
+        Some(cell) if !found.has_errors() => Ok(cell),
+        _ => Err(text),
+    }
+}

@@ -1,0 +1,109 @@
+//! The worker without processes.
+
+use kinematics::SpecificWorker;
+use kinematics_generated::testing::TestContext;
+use kinematics_generated::{
+    Header, InverseError, JointState, Joints, Kinematics, Quaternion, Transform, Vector3, Worker,
+    WorkerError,
+};
+use std::path::Path;
+
+fn started(robot: &str) -> (SpecificWorker, TestContext) {
+    let mut test = TestContext::configured().expect("a configuration");
+    test.params.robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(robot);
+    let worker = SpecificWorker::initialize(&mut test).expect("a robot");
+    (worker, test)
+}
+
+/// Two arms of a `.kdsl`, one of which stands on the other one's base.
+#[test]
+fn links_of_several_robots_are_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arm = include_str!("../../../kinematics/examples/arm.urdf");
+    std::fs::write(folder.path().join("arm.urdf"), arm).expect("a file");
+    let text = "import \"arm.urdf\" as left; import \"arm.urdf\" as right;
+        Kinematics two { planar left.base in floor; fixed right.base in left.base at 0, 800 mm, 0; };";
+    std::fs::write(folder.path().join("two.kdsl"), text).expect("a file");
+    let file = folder.path().join("two.kdsl");
+    let (mut worker, mut test) = started(file.to_str().expect("a name in UTF-8"));
+    let links = worker.get_links(&mut test);
+    assert!(links.contains(&"right.wrist".to_owned()) && links.contains(&"floor".to_owned()));
+    let joints = worker.get_joints(&mut test).len();
+    let mut at = vec![0.0; joints];
+    let base = ["right.base".to_owned(), "floor".to_owned()];
+    let names: Vec<String> = worker
+        .get_joints(&mut test)
+        .into_iter()
+        .map(|one| one.name)
+        .collect();
+    let x = names
+        .iter()
+        .position(|name| name == "left.base.x")
+        .expect("a coordinate");
+    at[x] = 2.0;
+    let place = worker
+        .forward(&mut test, base[0].clone(), base[1].clone(), at)
+        .expect("two links");
+    assert_eq!([place.translation.x, place.translation.y], [2.0, 0.8]);
+    // The frames of all links, each in the one above it: no body inside the base is one.
+    let state = JointState {
+        name: vec!["left.base.x".into()],
+        position: vec![2.0],
+        ..JointState::default()
+    };
+    worker.joint_states(&mut test, state);
+    let samples = test.frames.take_samples();
+    let frames = format!("{samples:?}");
+    assert!(
+        frames.contains("\"left.base\"") && frames.contains("\"floor\""),
+        "{frames}"
+    );
+    assert!(!frames.contains("child_frame_id: \"\""), "{frames}");
+}
+
+#[test]
+fn wrong_messages_and_requests_change_nothing() {
+    let (mut worker, mut test) = started("../../kinematics/examples/six.urdf");
+    let before = worker.get_positions(&mut test);
+    for position in [vec![1.0], vec![f64::NAN, 0.0]] {
+        let name = vec!["elbow".into(), "wrist_1".into()];
+        let state = JointState {
+            header: Header::default(),
+            name,
+            position,
+            ..JointState::default()
+        };
+        worker.joint_states(&mut test, state);
+    }
+    assert_eq!(worker.get_positions(&mut test), before);
+    let refused = |worker: &mut SpecificWorker, test: &mut TestContext, pose: Transform| {
+        match worker.inverse(test, "tool".into(), "base".into(), pose, Vec::new()) {
+            Err(InverseError::KinematicsError(error)) => error.what,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert!(refused(&mut worker, &mut test, Transform::default()).contains("quaternion"));
+    let rotation = Quaternion {
+        w: 1.0,
+        ..Quaternion::default()
+    };
+    let translation = Vector3 {
+        x: f64::INFINITY,
+        ..Vector3::default()
+    };
+    let pose = Transform {
+        translation,
+        rotation,
+    };
+    assert!(refused(&mut worker, &mut test, pose).contains("not finite"));
+}
+
+#[test]
+fn a_robot_that_is_not_there_ends_the_component_with_its_reason() {
+    let mut test = TestContext::configured().expect("a configuration");
+    test.params.robot = "no_such.urdf".into();
+    match SpecificWorker::initialize(&mut test) {
+        Err(WorkerError::Fatal(what)) => assert!(what.contains("no_such.urdf"), "{what}"),
+        _ => panic!("it starts"),
+    }
+}

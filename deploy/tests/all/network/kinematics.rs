@@ -1,0 +1,112 @@
+//! A component that answers about a robot, asked by tools.
+
+use rc_test_site::site::{Site, rcdeploy};
+use serde_json::{Value, json};
+use std::process::Stdio;
+
+const NETWORK: &str = include_str!("../../../../components/networks/kinematics.ddsl");
+
+#[test]
+fn links_and_positions_of_a_robot_are_answers_of_a_component() {
+    let site = Site::new("kinematics");
+    site.write_ddsl(&NETWORK.replace("Deployment kinematics", "Deployment patrol"));
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let tool = |words: &[&str]| site.rcdeploy(words, false);
+    let ask = |operation: &str, request: &Value| {
+        let request = request.to_string();
+        let words = ["call", &site.network, operation, &request];
+        tool(&[&words[..], &["--format", "json"]].concat())
+    };
+    let answer = |operation: &str, request: &Value| -> Value {
+        let ran = ask(operation, request);
+        assert_eq!(ran.code, 0, "{operation}: {ran:?}");
+        let reply: Value = serde_json::from_str(&ran.stdout).expect("one document");
+        reply["result"]["return"].clone()
+    };
+    // The topic says where the joints are, and the links are published with the time of the message.
+    let mut echo = site.command(&rcdeploy());
+    echo.args([
+        "echo",
+        &site.network,
+        "transforms",
+        "--once",
+        "--format",
+        "json",
+    ]);
+    let mut echo = echo.stdout(Stdio::piped()).spawn().expect("it starts");
+    let positions = [0.1, -1.0, 1.0, 0.3, 0.5, 0.2];
+    let state = json!({ "state": {
+        "header": { "stamp": { "sec": 77, "nanosec": 5 }, "frame_id": "" },
+        "name": ["wrist_3", "of another robot", "shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2"],
+        "position": [0.2, 9.0, 0.1, -1.0, 1.0, 0.3, 0.5],
+        "velocity": [],
+        "effort": [],
+    } });
+    Site::until("the links are published", || {
+        let sent = tool(&["send", &site.network, "jointStates", &state.to_string()]);
+        assert_eq!(sent.code, 0, "{sent:?}");
+        echo.try_wait().expect("a child").is_some()
+    });
+    let echoed = echo.wait_with_output().expect("it ended");
+    let echoed = String::from_utf8(echoed.stdout).expect("a text");
+    assert!(
+        echoed.contains("\"upper_arm\"") && echoed.contains("77"),
+        "{echoed}"
+    );
+    assert_eq!(answer("getPositions", &json!({})), json!(positions));
+
+    // Nobody says positions: those of now.
+    let here = json!({ "tip": "tool", "base": "base", "positions": [] });
+    let pose = answer("forward", &here);
+    let question = json!({ "tip": "tool", "base": "base", "pose": pose, "seed": [] });
+    let found = answer("inverse", &question);
+    assert_eq!(found["reached"], json!(true), "{found}");
+    let near = |found: &Value| {
+        let found = found["positions"].as_array().expect("a list");
+        found
+            .iter()
+            .zip(positions)
+            .all(|(one, wanted)| (one.as_f64().expect("a number") - wanted).abs() < 1e-5)
+    };
+    assert!(near(&found), "{found}");
+    // A path ends where the arm cannot follow.
+    let mut far = pose.clone();
+    far["translation"]["x"] = json!(5.0);
+    let path =
+        json!({ "tip": "tool", "base": "base", "poses": [pose, pose, far, pose], "seed": [] });
+    let path = answer("path", &path);
+    let reached: Vec<&Value> = path
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|one| &one["reached"])
+        .collect();
+    assert_eq!(reached, [&json!(true), &json!(true), &json!(false)]);
+
+    let moves = answer("manipulability", &here);
+    assert!(moves["measure"].as_f64() > Some(1e-4), "{moves}");
+    assert_eq!(moves["singularValues"].as_array().map(Vec::len), Some(6));
+    // A straight arm does not move in all directions.
+    let straight = json!({ "tip": "tool", "base": "base", "positions": [0, 0, 0, 0, 0, 0] });
+    let straight = answer("manipulability", &straight);
+    assert!(straight["measure"].as_f64() < Some(1e-9), "{straight}");
+    for (request, what) in [
+        (
+            json!({ "tip": "tol", "base": "base", "positions": [] }),
+            "did you mean `tool`?",
+        ),
+        (
+            json!({ "tip": "tool", "base": "base", "positions": [1] }),
+            "6 positions are expected, found 1",
+        ),
+    ] {
+        let refused = ask("forward", &request);
+        assert_eq!(refused.code, 1, "{refused:?}");
+        assert!(format!("{refused:?}").contains(what), "{refused:?}");
+    }
+    let joints = answer("getJoints", &json!({}));
+    assert_eq!(joints[2]["name"], "elbow", "{joints}");
+    assert_eq!(tool(&["down", &site.network]).code, 0);
+    site.assert_nothing_left();
+}
