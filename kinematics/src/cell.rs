@@ -70,6 +70,21 @@ pub struct Output {
     pub doc: String,
     /// How many numbers it has.
     pub shape: Shape,
+    /// Its motion, if it is one of two frames.
+    pub asked: Option<Asked>,
+}
+
+/// A motion of one frame in another one, by the places of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Asked {
+    /// Which part of the motion.
+    pub what: MotionPart,
+    /// The frame that moves.
+    pub tip: usize,
+    /// The frame in which it does.
+    pub base: usize,
+    /// The frame along whose axes it is given, if that is another one than the base.
+    pub expressed: Option<usize>,
 }
 
 /// The layout of the numbers of an output.

@@ -7,6 +7,7 @@
 
 pub mod ast;
 mod cell;
+pub mod ilk;
 mod inverse;
 mod names;
 mod parse;
@@ -15,7 +16,7 @@ mod resolve;
 mod search;
 mod work;
 
-pub use cell::{Cell, Output, PAYLOAD, Payload, Shape, Solver};
+pub use cell::{Asked, Cell, Output, PAYLOAD, Payload, Shape, Solver};
 pub use inverse::{Inverse, Question, RateLimits, Rates, Unanswered};
 pub use parse::parse;
 pub use print::{c, cpp, library, loader, python, rust, rust_methods};

@@ -4,7 +4,7 @@ mod cells;
 mod inverse;
 
 use crate::ast::{self, Math, MotionPart, OutputKind, Quantity};
-use crate::cell::{Cell, Computed, Output, Payload, Shape, Solver, Subject, recorded};
+use crate::cell::{Asked, Cell, Computed, Output, Payload, Shape, Solver, Subject, recorded};
 use crate::names::{ARRAYS, type_name};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -25,7 +25,7 @@ const MOST_NUMBERS: usize = 20_000;
 const MOST_STEPS: usize = 20_000;
 
 /// Names in printed code other than those of solvers, with functions and types that it uses.
-const TAKEN: [&str; 26] = [
+const TAKEN: [&str; 27] = [
     "joints",
     "lower",
     "upper",
@@ -40,6 +40,7 @@ const TAKEN: [&str; 26] = [
     "pathlib",
     // Built-in functions and types of Python that printed code names.
     "abs",
+    "all",
     "bool",
     "dict",
     "enumerate",
@@ -61,13 +62,17 @@ constinit const_cast decltype delete dynamic_cast Eigen explicit export friend m
 not_eq operator or_eq private protected public reinterpret_cast requires static_cast std template this throw \
 typeid typename using wchar_t xor xor_eq";
 
-/// Loads one `.kdsl` text with its robot. `None` if nothing is readable. Use the cell only if no
+/// Loads one `.kdsl` text with its robot, or an `.ilk` text with the constants of its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
 pub fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
     source: SourceId,
 ) -> (Option<Cell>, Diagnostics) {
+    let ending = sources.path(source).extension();
+    if ending.is_some_and(|ending| ending == "ilk") {
+        return crate::ilk::load(sources, loader, source);
+    }
     let (file, mut found) = parse(sources, source);
     let Some(kinematics) = &file.kinematics else {
         return (None, found);
@@ -163,7 +168,7 @@ fn quantity(found: &mut Diagnostics, quantity: &Quantity, wanted: &str) -> Optio
 }
 
 /// A name as one of printed code.
-fn identifier(name: &str) -> String {
+pub(crate) fn identifier(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     name.chars().map(letter).collect()
 }
@@ -384,6 +389,7 @@ impl<'r> Resolver<'r> {
             // Names of links may have any character. A line of a comment stays one.
             doc: doc.replace(char::is_control, " "),
             shape,
+            asked: None,
         };
         let is_of_joints = match &output.kind {
             OutputKind::Motion { what, .. } => *what == MotionPart::Jacobian,
@@ -451,8 +457,12 @@ impl<'r> Resolver<'r> {
         let frame = expressed.map(|name| self.body(name));
         let (tip_at, base_at) = (places.0?, places.1?);
         let chain = self.chain(base_at, tip_at, output.span)?;
-        let expressed_chain = match frame {
-            Some(frame) => Some(self.chain(base_at, frame?, output.span)?),
+        let expressed_at = match frame {
+            Some(frame) => Some(frame?),
+            None => None,
+        };
+        let expressed_chain = match expressed_at {
+            Some(frame) => Some(self.chain(base_at, frame, output.span)?),
             None => None,
         };
         let mut name = format!("{}_{}_in_{}", what.word(), tip.text, base.text);
@@ -512,7 +522,15 @@ impl<'r> Resolver<'r> {
             chain,
             expressed: expressed_chain,
         };
-        Some((described(&identifier(&name), doc, shape), computed))
+        let asked = Asked {
+            what,
+            tip: tip_at,
+            base: base_at,
+            expressed: expressed_at,
+        };
+        let described = described(&identifier(&name), doc, shape);
+        let asked = Some(asked);
+        Some((Output { asked, ..described }, computed))
     }
 }
 

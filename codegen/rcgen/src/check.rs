@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// The extensions of the files that are checked. Components come first, because they read the
 /// others.
-pub(crate) const ENDINGS: [&str; 13] = [
-    "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "kdsl", "urdf", "graph",
-    "xml", "toml",
+pub(crate) const ENDINGS: [&str; 14] = [
+    "cdsl", "dproto", "idsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "kdsl", "ilk", "urdf",
+    "graph", "xml", "toml",
 ];
 
 /// The place of a file in the order of checks. None for one that is not checked.
@@ -245,7 +245,7 @@ pub fn file(
             graphs::check(path, sources, loader, found)?;
             None
         }
-        Some("kdsl") => {
+        Some("kdsl" | "ilk") => {
             let source = sources.add(path, rc_files::read(path)?);
             found.extend(rc_kinematics::load(sources, loader, source).1);
             None
@@ -278,7 +278,7 @@ pub fn file(
         _ if !path.exists() => return Err(paths::missing(path)),
         _ => {
             let source = sources.add(path, "");
-            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph, .json, .xml and .toml";
+            let message = "this is none of .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .ilk, .urdf, .graph, .json, .xml and .toml";
             found.push(Diagnostic::error(
                 "unknown-language",
                 Span::new(source, 0, 0),

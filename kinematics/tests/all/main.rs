@@ -8,6 +8,7 @@ mod closed;
 mod cpp;
 mod ctypes;
 mod findings;
+mod ilk;
 mod interpreted;
 mod inverse;
 mod printed;

@@ -203,13 +203,13 @@ fn an_invalid_export_writes_nothing() {
         (
             "slice",
             2,
-            "slice comes with a later version; there are dds, ros2, urdf, gltf, dsr, graphml, turtle, graph, rust, c, cpp, python and ctypes",
+            "slice comes with a later version; there are dds, ros2, urdf, gltf, dsr, graphml, turtle, graph, rust, c, cpp, python, ctypes and ilk",
         ),
         ("ddz", 2, "did you mean `dds`?"),
         (
             "corba",
             2,
-            "there are dds, ros2, urdf, gltf, dsr, graphml, turtle, graph, rust, c, cpp, python and ctypes",
+            "there are dds, ros2, urdf, gltf, dsr, graphml, turtle, graph, rust, c, cpp, python, ctypes and ilk",
         ),
     ] {
         let args = ["export", "M.idsl", "--to", to, "--out", "out"];

@@ -60,7 +60,41 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
     assert_eq!(code, 2);
     let (code, _, errors) = rcgen(path, &["export", "arm.urdf", "--to", "c", "--out", "out"]);
     assert_eq!(code, 2);
-    assert!(errors.contains("arm.urdf is not a .kdsl file"), "{errors}");
+    assert!(
+        errors.contains("arm.urdf is not a .kdsl or .ilk file"),
+        "{errors}"
+    );
+}
+
+/// A model in ILK is written, read again and printed as code.
+#[test]
+fn solvers_become_models_in_ilk_and_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    std::fs::write(path.join("arm.urdf"), ARM).expect("a file");
+    let text = |outputs: &str| {
+        format!("import \"arm.urdf\";\nKinematics cell {{ solver fk {{ {outputs} }}; }};\n")
+    };
+    std::fs::write(
+        path.join("cell.kdsl"),
+        text("pose tool in base; jacobian tool in base;"),
+    )
+    .expect("a file");
+    let export = ["export", "cell.kdsl", "--to", "ilk", "--out", "models"];
+    let written = succeeds(path, &export);
+    assert!(written.contains("models/fk.ilk") && written.contains("models/model-constants.lua"));
+    assert_eq!(succeeds(path, &["check", "models"]), "");
+    let view = succeeds(path, &["view", "models/fk.ilk"]);
+    assert!(view.contains("\"fr_turn\""), "{view}");
+    let code = succeeds(
+        path,
+        &["export", "models/fk.ilk", "--to", "c", "--out", "code"],
+    );
+    assert!(code.contains("arm_fk.h"), "{code}");
+    std::fs::write(path.join("cell.kdsl"), text("efforts;")).expect("a file");
+    let (code, _, errors) = rcgen(path, &export);
+    assert_eq!(code, 2);
+    assert!(errors.contains("ILK has poses and Jacobians"), "{errors}");
 }
 
 /// Two robots with one set of solvers have a header and a namespace each, and `check` refuses a namespace that

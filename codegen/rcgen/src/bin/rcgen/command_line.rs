@@ -85,7 +85,7 @@ pub(crate) enum Command {
     },
     /// Checks description files and configurations; reports all findings at once.
     Check {
-        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .urdf, .graph files,
+        /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .ilk, .urdf, .graph files,
         /// .json files of DSR, .xml files of InnerModel, .toml files in a component's etc/, and
         /// folders with any of them.
         #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
@@ -162,12 +162,12 @@ pub(crate) enum Command {
         /// The interfaces: a file, or the name of one in an -I folder or of those that come with
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
         /// To urdf and gltf an InnerModel file, to dsr, graphml, turtle and graph a graph, to
-        /// rust, c, cpp, python and ctypes the solvers of a robot.
+        /// rust, c, cpp, python, ctypes and ilk the solvers of a robot.
         #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
         /// (JSON), graphml, turtle (RDF, with the schema as SHACL), graph (the part of a domain); rust, c,
-        /// cpp, python or ctypes (solvers as code).
+        /// cpp, python, ctypes or ilk (solvers as code).
         #[arg(long, value_name = "FORMAT", value_parser = target, add = words(&TARGETS))]
         to: Target,
         /// The folder that the files are written to.
@@ -370,6 +370,8 @@ pub(crate) enum SolverLanguage {
     Python,
     /// Python that loads a library in C.
     Ctypes,
+    /// Models for the compiler of ILK.
+    Ilk,
 }
 
 /// The languages of printed conversions.
@@ -486,9 +488,9 @@ pub(crate) enum Target {
     Code(SolverLanguage),
 }
 
-const TARGETS: [&str; 13] = [
+const TARGETS: [&str; 14] = [
     "dds", "ros2", "urdf", "gltf", "dsr", "graphml", "turtle", "graph", "rust", "c", "cpp",
-    "python", "ctypes",
+    "python", "ctypes", "ilk",
 ];
 
 pub(crate) fn target(text: &str) -> Result<Target, String> {
@@ -510,6 +512,7 @@ pub(crate) fn target(text: &str) -> Result<Target, String> {
         "cpp" => Ok(Target::Code(SolverLanguage::Cpp)),
         "python" => Ok(Target::Code(SolverLanguage::Python)),
         "ctypes" => Ok(Target::Code(SolverLanguage::Ctypes)),
+        "ilk" => Ok(Target::Code(SolverLanguage::Ilk)),
         "slice" => Err(format!("{text} comes with a later version; {}", there())),
         _ => {
             let near = rc_diagnostics::nearest(text, TARGETS.into_iter().chain(["slice"]));

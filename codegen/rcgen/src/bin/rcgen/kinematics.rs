@@ -13,27 +13,37 @@ use std::path::Path;
 /// Writes the solvers of a file as code.
 pub(crate) fn export(request: &Request<'_>, language: SolverLanguage) -> Result<(), Failure> {
     let file = request.file;
-    if file.extension().is_none_or(|ending| ending != "kdsl") {
-        let message = format!("{} is not a .kdsl file", file.display());
+    if file
+        .extension()
+        .is_none_or(|ending| ending != "kdsl" && ending != "ilk")
+    {
+        let message = format!("{} is not a .kdsl or .ilk file", file.display());
         return Err(Failure::Usage(message));
     }
     let cell = load(file, request.common)?;
-    let printed = match language {
-        SolverLanguage::Rust => vec![(".rs", "//", rc_kinematics::rust(&cell))],
-        SolverLanguage::C => vec![(".h", "//", rc_kinematics::c(&cell))],
-        SolverLanguage::Cpp => vec![(".hpp", "//", rc_kinematics::cpp(&cell))],
-        SolverLanguage::Python => vec![(".py", "#", rc_kinematics::python(&cell))],
-        SolverLanguage::Ctypes => vec![
-            (".c", "//", rc_kinematics::library(&cell)),
-            ("_ctypes.py", "#", rc_kinematics::loader(&cell)),
-        ],
-    };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let of = |ending: &str| format!("{}{ending}", cell.name);
+    let printed = match language {
+        SolverLanguage::Rust => vec![(of(".rs"), "//", rc_kinematics::rust(&cell))],
+        SolverLanguage::C => vec![(of(".h"), "//", rc_kinematics::c(&cell))],
+        SolverLanguage::Cpp => vec![(of(".hpp"), "//", rc_kinematics::cpp(&cell))],
+        SolverLanguage::Python => vec![(of(".py"), "#", rc_kinematics::python(&cell))],
+        SolverLanguage::Ctypes => vec![
+            (of(".c"), "//", rc_kinematics::library(&cell)),
+            (of("_ctypes.py"), "#", rc_kinematics::loader(&cell)),
+        ],
+        SolverLanguage::Ilk => {
+            let files = rc_kinematics::ilk::print(&cell);
+            let files = files.map_err(|error| Failure::Usage(error.to_string()))?;
+            let files = files.into_iter();
+            files.map(|(path, text)| (path, "--", text)).collect()
+        }
+    };
     let header = export::HEADER;
     let mut files = Files::default();
-    for (ending, comment, text) in printed {
+    for (path, comment, text) in printed {
         files.add(
-            format!("{}{ending}", cell.name),
+            path,
             Owner::Exported,
             format!("{comment} {header} from {name}; rewritten at every export.\n{text}"),
         );

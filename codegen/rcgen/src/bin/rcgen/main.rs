@@ -213,7 +213,9 @@ fn main() -> ExitCode {
             prototypes::view(&file, &common)
         }
         Some(Command::View { file, common, .. })
-            if file.extension().is_some_and(|ending| ending == "kdsl") =>
+            if file
+                .extension()
+                .is_some_and(|ending| ending == "kdsl" || ending == "ilk") =>
         {
             kinematics::view(&file, &common)
         }

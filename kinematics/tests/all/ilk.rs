@@ -1,0 +1,247 @@
+//! Models in ILK: read, checked, printed.
+
+use crate::{ARM, load};
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_kinematics::{Cell, ilk};
+use rc_robot::State;
+use rc_syntax::MemoryLoader;
+
+/// A joint that turns on a base, one that slides on it, and what a camera on the base sees of it, as `ilk-generator` writes them.
+const SOLVER: &str = "-- A forward solver.
+return {
+    solverid = 'fk', solver_type = 'forward', robot_name = 'crane', joint_space_size = 2,
+    joints = { turn = { kind='revolute', coordinate=0 }, ['reach'] = { kind='prismatic', coordinate=1 } },
+    poses = {
+        constant = { turn__base={}, reach__mast={}, mast__reach={}, },
+        joint = {
+            mast__turn = { joint='turn', dir='a_x_b' },
+            turn__mast = { joint='turn', dir='b_x_a' },
+            hook__reach = { joint='reach', dir='a_x_b' },
+            reach__hook = { joint='reach', dir='b_x_a' }
+        }
+    },
+    joint_vel_twists = {
+        v__mast__base = { joint='turn', polarity=1 },
+        v__base__mast = { joint='turn', polarity=-1, ctransform='turn__base' },
+        v__hook__mast = { joint='reach', polarity=1 }
+    },
+    ops = {
+        { op='pose-compose', arg1='hook__reach', arg2='reach__mast', res='hook__mast' },
+        { op='pose-compose', arg1='mast__turn', arg2='turn__base', res='mast__base' },
+        { op='pose-compose', arg1='hook__mast', arg2='mast__base', res='hook__base' },
+        { op='pose-compose', arg1='reach__mast', arg2='mast__base', res='reach__base' },
+        { op='pose-compose', arg1='mast__reach', arg2='reach__hook', res='mast__hook' },
+        { op='joint-vel-twist', arg='v__mast__base' },
+        { op='pose-compose', arg1='mast__turn', arg2='turn__mast', res='same' },
+        { op='vel-compose', arg1='v__hook__mast', arg2='v__mast__base', pose='mast__hook', res='v__hook__base' },
+        { op='geom-jacobian', name='J', pose='hook__base', columns=2 },
+        { op='GJac-col', joint='turn', jac='J', col=0, joint_pose='turn__base', polarity=1 },
+        { op='GJac-col', joint='reach', jac='J', col=1, joint_pose='reach__base' },
+    },
+    outputs = {
+        J = { otype='jacobian', usersort=4 },
+        hook__base = { otype='pose', usersort=1 },
+        v__hook__base = { otype='velocity', usersort=2 },
+        v__base__mast = { otype='velocity', usersort=3 },
+        same = { otype='pose', usersort=5 }
+    }
+}
+";
+
+/// The joint turns about z of the base, 2 m above it. The slide begins 0.5 m ahead, and goes along x of the mast.
+const CONSTANTS: &str = "return { poses = {
+    turn__base = { p = {0, 0, 2.0}, r = { 1,0,0, 0,1,0, 0,0,1 } },
+    mast__reach = { p = {0, 0, -0.5}, r = { 0,0,-1, 0,1,0, 1,0,0 } },
+    reach__mast = { p = { 0.5, 0., 0e0 }, r = { 0,0,1, 0,1,0, -1,0,0 } }, --[[ z of the slide is x ]]
+} }";
+
+fn read(solver: &str, constants: &str) -> (Option<Cell>, String) {
+    let mut sources = SourceMap::new();
+    let source = sources.add("fk.ilk", solver);
+    let loader = MemoryLoader::new([("model-constants.lua", constants)]);
+    let (cell, found) = rc_kinematics::load(&mut sources, &loader, source);
+    (cell, render(&sources, &found, Format::Short))
+}
+
+fn near(found: &[f64], wanted: &[f64]) {
+    assert_eq!(found.len(), wanted.len(), "{found:?} {wanted:?}");
+    for (one, other) in found.iter().zip(wanted) {
+        assert!((one - other).abs() < 1e-12, "{found:?} {wanted:?}");
+    }
+}
+
+fn run(cell: &Cell, solver: usize, positions: &[f64], velocities: &[f64]) -> Vec<f64> {
+    let state = State {
+        positions: positions.to_vec(),
+        velocities: velocities.to_vec(),
+        accelerations: vec![0.0; positions.len()],
+    };
+    let efforts = vec![0.0; positions.len()];
+    cell.solvers[solver]
+        .run(&state, &efforts, &[])
+        .expect("its joints")
+}
+
+/// Numbers that follow from a drawing of the crane.
+#[test]
+fn a_model_gives_the_numbers_of_its_drawing() {
+    let (cell, found) = read(SOLVER, CONSTANTS);
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    assert_eq!(cell.robot.coordinates, ["turn", "reach"]);
+    let (angle, way, spin, speed) = (0.3_f64, 0.7, 1.1, -0.4);
+    let numbers = run(&cell, 0, &[angle, way], &[spin, speed]);
+    let (sine, cosine, length) = (angle.sin(), angle.cos(), 0.5 + way);
+    // z of the hook is x of the mast, its x points down.
+    near(
+        &numbers[..16],
+        &[
+            0.0,
+            -sine,
+            cosine,
+            length * cosine,
+            0.0,
+            cosine,
+            sine,
+            length * sine,
+            -1.0,
+            0.0,
+            0.0,
+            2.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+        ],
+    );
+    // Along the axes of the hook: it turns against x, and moves along z and y.
+    near(
+        &numbers[16..22],
+        &[-spin, 0.0, 0.0, 0.0, length * spin, speed],
+    );
+    // The base seen from the mast, along its own axes.
+    near(&numbers[22..28], &[0.0, 0.0, -spin, 0.0, 0.0, 0.0]);
+    let (x, y) = (length * cosine, length * sine);
+    near(
+        &numbers[28..40],
+        &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -y, cosine, x, sine, 0.0, 0.0],
+    );
+    near(&numbers[40..44], &[1.0, 0.0, 0.0, 0.0]);
+    assert!(rc_kinematics::c(&cell).contains("crane_fk_fk("));
+}
+
+/// What we print and read again is what our own solver gives.
+#[test]
+fn printed_models_have_the_numbers_of_their_solvers() {
+    let text = "import \"arm.urdf\"; Kinematics cell {
+        solver fk { pose wrist in base; jacobian wrist in base; };
+        solver back { pose base in \"tool-0\"; jacobian base in \"tool-0\"; pose slide in \"tool-0\"; };
+    };";
+    let (cell, found) = load(text);
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    let files = ilk::print(&cell).expect("poses and Jacobians");
+    let constants = &files.last().expect("constants").1;
+    for (solver, (name, text)) in files[..2].iter().enumerate() {
+        let (again, found) = read(text, constants);
+        assert_eq!(found, "", "{name}: {text}");
+        let again = again.expect("a cell");
+        let names = again.robot.coordinates.iter();
+        assert_eq!(
+            names.map(String::as_str).collect::<Vec<_>>(),
+            ["fr_turn", "fr_reach", "fr_bend"]
+        );
+        for at in [[0.1, 0.2, 0.3], [-1.1, 0.05, 2.0]] {
+            let mut own = run(&cell, solver, &at, &[0.0; 3]);
+            // Angular rows come before linear ones.
+            own[16..34].rotate_left(9);
+            near(&run(&again, 0, &at, &[0.0; 3]), &own);
+        }
+    }
+    assert!(files[0].1.contains("op='pose-compose'") && files[1].1.contains("polarity=-1"));
+}
+
+#[test]
+fn solvers_that_ilk_has_no_words_for_are_told() {
+    for (outputs, what) in [
+        ("efforts;", "`efforts`"),
+        ("pose wrist in base as quaternion;", "quaternion"),
+        ("jacobian wrist in base expressed in wrist;", "expressed"),
+        ("pose base in base;", "constant"),
+        ("pose finger in base;", "follows another one"),
+    ] {
+        let (cell, _) = load(&format!(
+            "import \"arm.urdf\"; Kinematics cell {{ solver s {{ {outputs} }}; }};"
+        ));
+        let error = ilk::print(&cell.expect("a cell")).expect_err("no words");
+        assert!(error.to_string().contains(what), "{error}");
+    }
+    assert!(ARM.contains("mimic"));
+}
+
+#[test]
+fn wrong_models_are_told_at_their_places() {
+    let one = |from: &str, to: &str| {
+        assert!(SOLVER.contains(from), "{from}");
+        read(&SOLVER.replacen(from, to, 1), CONSTANTS).1
+    };
+    for (from, to, what) in [
+        (
+            "arg1='hook__reach'",
+            "arg1='hook__rech'",
+            "did you mean `hook__reach`?",
+        ),
+        (
+            "res='hook__mast'",
+            "res='hook__base'",
+            "do not give `hook__base`",
+        ),
+        (
+            "op='joint-vel-twist'",
+            "op='joint-acc-twist'",
+            "is not read",
+        ),
+        ("kind='prismatic'", "kind='helical'", "expected `revolute`"),
+        (
+            "coordinate=1",
+            "coordinate=2",
+            "no joint has the coordinate 1",
+        ),
+        ("coordinate=1", "coordinate=1e9", "expected an integer"),
+        ("col=0", "col=7", "has 2 columns"),
+        ("dir='b_x_a'", "dir='c_x_a'", "expected `a_x_b`"),
+        (
+            "reach__mast={},",
+            "reach__mst={},",
+            "model-constants.lua has no pose",
+        ),
+        ("'forward'", "'inverse'", "only solvers of the type"),
+        ("solverid = 'fk'", "solverid = 'while'", "cannot be a name"),
+        ("joints = {", "joints = 5 + {", "expected"),
+        ("polarity=1", "polarity=2", "a polarity is 1 or -1"),
+        ("return {", "returns {", "`return { … }`"),
+        ("J = {", "J = { },\n J = {", "occurs twice"),
+    ] {
+        let found = one(from, to);
+        assert!(found.contains(what), "{from}: {found}");
+        assert!(found.starts_with("fk.ilk:"), "{found}");
+    }
+    let found = read(
+        SOLVER,
+        &CONSTANTS.replace("0,0,1, 0,1,0, -1,0,0", "0,0,1, 0,1,0, -1,0,9"),
+    )
+    .1;
+    assert!(found.contains("not a rotation matrix"), "{found}");
+    // Nesting and length have bounds; a text without an end has one.
+    for text in [
+        "return ".to_owned() + &"{".repeat(9999),
+        "return {'".to_owned(),
+        String::new(),
+        "return {} x".to_owned(),
+    ] {
+        assert!(
+            read(&text, CONSTANTS).1.contains("syntax-error"),
+            "{text:.20}"
+        );
+    }
+}
