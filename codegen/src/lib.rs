@@ -20,6 +20,7 @@ pub mod from_robocomp;
 pub mod generate;
 pub mod generation;
 mod generator;
+pub mod installed;
 pub mod interface_crate;
 mod kinematics;
 pub mod load;

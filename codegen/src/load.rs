@@ -1,8 +1,9 @@
 //! Finds description files on the disk, in this order: the importing file's folder, every `-I`, the
-//! folder `interfaces` of the workspace and those that its manifest adds, `RC_IDSL_PATH`, and the
-//! interfaces that come with this program.
+//! folder `interfaces` of the workspace and those that its manifest adds, `RC_IDSL_PATH`, the
+//! installed interfaces, and those that come with this program.
 
 use crate::cargo_workspace::Workspace;
+use crate::installed;
 use crate::paths::{normal, relative};
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
 use rc_files::read;
@@ -165,14 +166,18 @@ fn added(folder: &Path) -> Vec<PathBuf> {
 }
 
 impl FileLoader {
-    /// Looks into `include`, into the folders of the importing file's workspace, and into those of
-    /// `RC_IDSL_PATH`.
+    /// Looks into `include`, into the folders of the importing file's workspace, into those of
+    /// `RC_IDSL_PATH`, and into that of installed interfaces.
     pub fn new(include: &[PathBuf]) -> Self {
         let path = std::env::var_os("RC_IDSL_PATH").unwrap_or_default();
         let there = |dir: &PathBuf| !dir.as_os_str().is_empty();
+        let installed = installed::prefix().join(installed::INTERFACES);
         Self {
             include: include.iter().filter(|dir| there(dir)).cloned().collect(),
-            path: std::env::split_paths(&path).filter(there).collect(),
+            path: std::env::split_paths(&path)
+                .filter(there)
+                .chain(Some(installed).filter(|folder| folder.is_dir()))
+                .collect(),
             workspaces: RefCell::default(),
         }
     }

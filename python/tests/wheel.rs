@@ -1,13 +1,11 @@
-//! The wheel: `maturin` builds it, an empty environment gets it, and a client reaches a component.
-//!
-//! A program of its own, because cargo replaces the extension module that other tests load.
+//! The wheel: `cargo xtask dist` writes it, an empty environment gets it, and a client reaches a
+//! component.
 
 use rc_test_support::python;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const TEST: &str = "a_wheel_is_all_that_a_client_needs";
-const MATURIN: &str = "maturin==1.9.6";
 const NUMPY: &str = "numpy==2.3.4";
 
 fn run(command: &mut Command) -> String {
@@ -33,29 +31,18 @@ fn only_file(folder: &Path) -> PathBuf {
 
 #[test]
 fn a_wheel_is_all_that_a_client_needs() {
-    let Some(maturin) = python::packages("python-maturin", MATURIN, TEST) else {
-        return;
-    };
     let Some(numpy) = python::packages("python-numpy", NUMPY, TEST) else {
         return;
     };
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a folder");
     let wheels = folder.path().join("wheels");
-    // `maturin` lets cargo describe all dependencies, also those for other platforms, which no build
-    // here downloads.
-    let manifest = own.join("Cargo.toml").display().to_string();
-    let fetch = ["fetch", "--quiet", "--locked", "--manifest-path", &manifest];
-    if let Err(reason) = python::run(Path::new(env!("CARGO")), &fetch) {
-        return python::skipped(TEST, &reason);
-    }
     let target = std::env::current_exe().expect("this program");
-    let target = target.ancestors().nth(3).expect("the target folder");
-    run(Command::new(maturin.with_file_name("maturin"))
-        .args(["build", "--offline", "--quiet", "--profile", "dev", "--out"])
-        .arg(&wheels)
-        .current_dir(own)
-        .env("CARGO_TARGET_DIR", target));
+    let target = target.ancestors().nth(2).expect("the target folder");
+    run(Command::new(target.join("dist"))
+        .args(["--profile", "dev", "--built", "--only", "wheel", "--out"])
+        .arg(&wheels));
+    std::fs::remove_file(wheels.join("SHA256SUMS")).expect("the checksums");
     let wheel = only_file(&wheels);
     let name = wheel.file_name().expect("a name").to_string_lossy();
     assert!(
@@ -93,6 +80,12 @@ fn a_wheel_is_all_that_a_client_needs() {
     assert_eq!(PathBuf::from(package), place.join("robocomp/__init__.py"));
     for typed in ["py.typed", "_native.pyi"] {
         assert!(place.join("robocomp").join(typed).exists(), "{typed}");
+    }
+    // Modules that only some components need, and the tools.
+    let modules = "import robocomp.innermodel, robocomp.graph";
+    run(Command::new(&own_python).args(["-c", modules]));
+    for tool in ["rcgen", "rcdeploy"] {
+        run(Command::new(environment.join("bin").join(tool)).arg("--version"));
     }
     run(Command::new(&own_python)
         .args(["-B", "test_client.py"])

@@ -216,8 +216,22 @@ fn warn(sources: &SourceMap, found: &Diagnostics) {
     }
 }
 
-/// The folder of the component at build time, without the detour over that of generated code.
+/// The folder of an installed component: its program is `FOLDER/bin/NAME`, beside `NAME.cdsl`.
+fn installed_folder(program: &Path, name: &str) -> Option<PathBuf> {
+    let folder = program.parent().filter(|bin| bin.ends_with("bin"))?;
+    let folder = folder.parent()?;
+    let description = folder.join(format!("{name}.cdsl"));
+    description.is_file().then(|| folder.to_path_buf())
+}
+
+/// The folder of an installed component, else that at build time, without the detour over that of
+/// generated code.
 fn built_folder(description: &Description) -> PathBuf {
+    let program = std::env::current_exe().ok();
+    let installed = program.and_then(|program| installed_folder(&program, description.name));
+    if let Some(folder) = installed {
+        return folder;
+    }
     let folder = Path::new(description.folder);
     folder.canonicalize().unwrap_or_else(|_| folder.into())
 }
@@ -275,6 +289,22 @@ pub(crate) fn bindings(
 mod tests {
     use super::*;
     use std::time::Duration;
+
+    #[test]
+    fn an_installed_component_has_its_folder_beside_its_program() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().join("components/reader");
+        let program = place.join("bin/reader");
+        std::fs::create_dir_all(&place).expect("a folder");
+        assert_eq!(installed_folder(&program, "reader"), None);
+        std::fs::write(place.join("reader.cdsl"), "").expect("a file");
+        assert_eq!(installed_folder(&program, "reader"), Some(place.clone()));
+        // A program that cargo built.
+        assert_eq!(
+            installed_folder(&place.join("debug/reader"), "reader"),
+            None
+        );
+    }
 
     static READER: Description = Description {
         name: "reader",

@@ -1,6 +1,6 @@
 //! `cargo xtask`: the project's own commands. `test` is the whole test run, `install` installs the
 //! tools, `figures` writes the tables of BENCHMARKS.md, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
-//! Benchmarks and long tests are in `trials`, so that this program is built in a second.
+//! Benchmarks and long tests are in `trials`, packages in `dist`, so that this program is built in a second.
 
 mod checkout;
 mod figures;
@@ -25,15 +25,21 @@ fn main() -> ExitCode {
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["figures"] => figures::render(),
+        ["soak", "packages", ref rest @ ..] => {
+            return run_instead("dist", &[&["--soak"], rest].concat());
+        }
         [
             "bench" | "soak" | "chaos" | "experiment",
             ref rest @ ..,
             "--save",
         ] if !rest.contains(&"--smoke") => saved(&args[..args.len() - 1]),
-        ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => return trials(&args),
+        ["bench" | "soak" | "chaos" | "deny" | "experiment", ..] => {
+            return run_instead("trials", &args);
+        }
+        ["dist", ref rest @ ..] => return run_instead("dist", rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | dist [--help] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }
@@ -47,10 +53,10 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the program of benchmarks and long tests, which links the framework. It takes the place of
-/// this process, so that a signal reaches it.
-fn trials(args: &[&str]) -> ExitCode {
-    let run = ["run", "--quiet", "--bin", "trials", "--"];
+/// Runs the program of packages, or that of benchmarks and long tests, which links the framework.
+/// It takes the place of this process, so that a signal reaches it.
+fn run_instead(program: &str, args: &[&str]) -> ExitCode {
+    let run = ["run", "--quiet", "--bin", program, "--"];
     let mut command = cargo_command(&[&run, args].concat(), &[]);
     let error = command.exec();
     eprintln!("xtask: error: cargo cannot be started: {error}");

@@ -38,6 +38,11 @@ const WITHOUT_PYTHON: [&str; 2] = ["--config", "env.PYO3_NO_PYTHON=\"1\""];
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 2] = ["etc", "src"];
 
+/// Finds the prefix of an installed component, whose launcher is `PREFIX/components/NAME/bin/NAME`,
+/// wherever that is.
+const PREFIX_OF_SCRIPT: &str =
+    "root=$(CDPATH= cd -- \"$(dirname -- \"$0\")/../../..\" && pwd -P) || exit 3\n";
+
 /// The package of a component, which is also the name of its launcher.
 pub(crate) fn package(project: &Project) -> String {
     python::names::package(&project.component.name.text)
@@ -158,6 +163,18 @@ impl Places {
         })
     }
 
+    /// The places of an installed component: `robocomp` is a package of its interpreter.
+    pub(crate) fn installed(project: &Project) -> Result<Self, Error> {
+        let folder = rc_codegen::paths::absolute(project.folder());
+        let folder = folder.map_err(cannot("find the folder of a component"))?;
+        Ok(Self {
+            home: folder.clone(),
+            folder,
+            framework: None,
+            native: Vec::new(),
+        })
+    }
+
     /// The folders in which the interpreter looks for packages.
     fn paths(&self) -> Vec<PathBuf> {
         let generated = self.home.join(GENERATED);
@@ -224,6 +241,23 @@ pub(crate) fn of(
     })
 }
 
+/// The launcher of a component that is installed into `folder`, a path below the prefix.
+pub(crate) fn installed(project: &Project, folder: &Path, note: &Note) -> Result<String, Error> {
+    let folder = Path::new("/").join(folder);
+    let paths = [folder.join(GENERATED)];
+    let oldest = project.oldest_python();
+    let package = package(project);
+    script(
+        &package,
+        PREFIX_OF_SCRIPT,
+        &folder,
+        &paths,
+        &[],
+        oldest,
+        note,
+    )
+}
+
 /// The files of a variant.
 pub(crate) fn printed(
     project: &Project,
@@ -261,16 +295,36 @@ fn listed(path: &Path) -> Result<&str, Error> {
     Ok(name)
 }
 
-/// The script. Its interpreter is that of `.venv` in the component's folder, of the active virtual
-/// environment, or `python3`. A foreign PYTHONPATH comes after the packages of an environment,
-/// which were chosen for the component. An interpreter that does not start or cannot import the
-/// framework is a failed start, in one line.
+/// The script of a component in a workspace.
 ///
 /// On another machine the script and all files that it names are copies, each below one folder at
 /// its own path. So its own path, `place`, identifies that folder.
 fn text(
     package: &str,
     place: &Path,
+    folder: &Path,
+    paths: &[PathBuf],
+    native: &[(&str, PathBuf)],
+    oldest: (u32, u32),
+    note: &Note,
+) -> Result<String, Error> {
+    let place = quoted(named(&normal(place))?);
+    let root = format!(
+        "case $0 in\n\
+         *{place}) root=${{0%{place}}} ;;\n\
+         *) root= ;;\n\
+         esac\n"
+    );
+    script(package, &root, folder, paths, native, oldest, note)
+}
+
+/// The script, with the lines that set `root`, the folder in front of all paths. Its interpreter is that of `.venv` in the component's folder, of the active virtual
+/// environment, or `python3`. A foreign PYTHONPATH comes after the packages of an environment,
+/// which were chosen for the component. An interpreter that does not start or cannot import the
+/// framework is a failed start, in one line.
+fn script(
+    package: &str,
+    root: &str,
     folder: &Path,
     paths: &[PathBuf],
     native: &[(&str, PathBuf)],
@@ -286,15 +340,11 @@ fn text(
     });
     let native: String = native.collect::<Result<_, Error>>()?;
     let folder = below(named(folder)?);
-    let place = quoted(named(&normal(place))?);
     let needed = python::interpreter::needed_by_this((major, minor));
     Ok(format!(
         "#!/bin/sh\n\
          # Written by rcdeploy: runs the component `{package}`, which is in Python.\n\
-         case $0 in\n\
-         *{place}) root=${{0%{place}}} ;;\n\
-         *) root= ;;\n\
-         esac\n\
+         {root}\
          folder={folder}\n\
          before= behind=${{PYTHONPATH:-}}\n\
          if [ -x \"$folder/.venv/bin/python\" ]; then\n    \

@@ -25,6 +25,7 @@ mod error;
 mod files;
 mod forwarder;
 mod generating;
+mod installation;
 mod interpreters;
 mod keeper;
 mod launcher;
@@ -60,6 +61,7 @@ mod world_report;
 
 pub use error::Error;
 pub use generating::Generated;
+pub use installation::Installation;
 pub use interpreters::Next;
 pub use load::{Overrides, load};
 pub use model::{ClockPlan, Network, NetworkTime};

@@ -5,12 +5,13 @@
 //! another. Its program is then a variant, built next to the program of its folder.
 
 mod builds;
+mod executable;
 mod processor;
 
 pub use builds::Build;
 
 use crate::forwarder;
-use crate::launcher::{self, Places};
+use crate::launcher::Places;
 use crate::plan::Environment;
 use crate::profile::Profile;
 use crate::python_copies::{self, HostFiles};
@@ -20,7 +21,7 @@ use crate::variant;
 use crate::workspaces::Workspaces;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
-use rc_codegen::{Project, copied, names};
+use rc_codegen::{Project, copied, installed};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
 use rc_vocabulary::{Language, Middleware, Middlewares};
@@ -40,12 +41,14 @@ pub struct Programs {
     /// The component of each instance as its files declare it, with slot arrays: code is generated
     /// from these.
     declared: Vec<Option<Rc<Project>>>,
+    /// The programs of components that are installed.
+    installed: Vec<Option<PathBuf>>,
     /// The middleware of all components, if the command line sets it.
     middleware: Option<Middleware>,
     /// The middlewares that each instance needs.
     needed: Vec<Middlewares>,
     /// The middlewares for which each instance is a variant. `None` if its program is built from
-    /// its folder, or is named.
+    /// its folder, is named, or is installed.
     variants: Vec<Option<Middlewares>>,
     /// The instances whose programs are built with a sanitizer.
     sanitized: RefCell<BTreeMap<usize, Sanitizer>>,
@@ -70,105 +73,15 @@ fn has_all(note: &Note, needed: Middlewares) -> bool {
     })
 }
 
-/// The component of an instance whose program is built. `None` if the program is named.
-fn built<'a>(instance: &Instance, project: Option<&'a Rc<Project>>) -> Option<&'a Project> {
-    let project = project.filter(|_| instance.executable.is_none());
+/// The component of an instance whose program is built. `None` if the program is named, or
+/// installed.
+fn built<'a>(
+    instance: &Instance,
+    project: Option<&'a Rc<Project>>,
+    installed: Option<&PathBuf>,
+) -> Option<&'a Project> {
+    let project = project.filter(|_| instance.executable.is_none() && installed.is_none());
     project.map(Rc::as_ref)
-}
-
-/// Checks one executable by its notes: one, or those of the components of a process.
-fn check_executable(
-    path: &Path,
-    notes: &io::Result<Vec<Note>>,
-    place: Span,
-    (instance, needed): (&Instance, Middlewares),
-    project: &Project,
-    build: &str,
-    found: &mut Diagnostics,
-) {
-    let name = &instance.path;
-    let component = &project.component.name.text;
-    let own = notes.as_ref().map(|notes| {
-        let own = notes.iter().find(|note| note.component == *component);
-        own.or(notes.first())
-    });
-    let (code, message) = match own {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => (
-            "missing-executable",
-            format!(
-                "the executable of `{name}`, {}, does not exist",
-                path.display()
-            ),
-        ),
-        Err(error) => (
-            "missing-executable",
-            format!("{} cannot be read: {error}", path.display()),
-        ),
-        Ok(None) => (
-            "not-a-component",
-            format!(
-                "{} is not a component: it has no note of its model",
-                path.display()
-            ),
-        ),
-        Ok(Some(note)) if note.component != *component => match &instance.process {
-            Some(process) => (
-                "stale-executable",
-                format!(
-                    "{}, the program of the process `{}`, was built without `{component}`",
-                    path.display(),
-                    process.text
-                ),
-            ),
-            None => (
-                "other-component",
-                format!(
-                    "{} is the component `{}`, not `{component}`",
-                    path.display(),
-                    note.component
-                ),
-            ),
-        },
-        Ok(Some(note)) if note.model != hash(project) => (
-            "stale-executable",
-            format!(
-                "the executable of `{name}` was generated from another version of {}",
-                project.path.display()
-            ),
-        ),
-        Ok(Some(note)) if !has_all(note, needed) => (
-            "middleware-mismatch",
-            format!(
-                "the executable of `{name}` uses {}, the network {needed}",
-                note.middleware,
-            ),
-        ),
-        Ok(Some(_)) if processor::of(path) != processor::own(path) => {
-            let of = processor::of(path).map_or("no processor", processor::name);
-            let own = processor::own(path).map_or("another one", processor::name);
-            let message = format!("{} is for {of}, and this machine is {own}", path.display());
-            let error = Diagnostic::error("wrong-processor", place, message);
-            found.push(error.help("components run on machines of this kind; build it here"));
-            return;
-        }
-        Ok(Some(_)) if may_run(path) => return,
-        Ok(Some(_)) => {
-            let message = format!("{} may not be executed by anybody", path.display());
-            let error = Diagnostic::error("not-executable", place, message);
-            found.push(error.help(format!("`chmod +x {}`", path.display())));
-            return;
-        }
-    };
-    found.push(Diagnostic::error(code, place, message).help(build));
-}
-
-/// The name of a component's program.
-fn package(project: &Project) -> String {
-    if project.language() == Some(Language::Python) {
-        launcher::package(project)
-    } else {
-        names::package(&project.component.name.text)
-    }
 }
 
 /// The name of the program of a component that has a process of its own.
@@ -177,7 +90,7 @@ fn program(
     variant: Option<Middlewares>,
     sanitizer: Option<Sanitizer>,
 ) -> String {
-    let package = package(project);
+    let package = installed::program_name(project);
     let mut program = variant.map_or(package.clone(), |middleware| {
         variant::program(&package, middleware)
     });
@@ -190,13 +103,6 @@ fn program(
 /// The hash of a component's model as in notes.
 fn hash(project: &Project) -> String {
     format!("{:016x}", project.hash)
-}
-
-/// Whether a file is executable.
-fn may_run(path: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    let mode = |file: std::fs::Metadata| file.permissions().mode();
-    path.metadata().is_ok_and(|file| mode(file) & 0o111 != 0)
 }
 
 /// The command that generates a component into the folder of its code.
@@ -256,8 +162,13 @@ impl Programs {
         declared: Vec<Option<Rc<Project>>>,
         middleware: Option<Middleware>,
     ) -> Self {
+        let programs = declared.iter().map(|project| {
+            let project = project.as_deref()?;
+            installed::program(project)
+        });
         Self {
             path: path.to_path_buf(),
+            installed: programs.collect(),
             needed: Vec::new(),
             variants: Vec::new(),
             sanitized: RefCell::default(),
@@ -272,8 +183,9 @@ impl Programs {
     /// generated code in its folder is without one of them, or the command line sets the middleware.
     pub(crate) fn choose(&mut self, needed: Vec<Middlewares>) {
         let instances = self.deployment.instances.iter().zip(&self.declared);
-        let variants = instances.zip(&needed).map(|((instance, project), needed)| {
-            let project = built(instance, project.as_ref())?;
+        let instances = instances.zip(&self.installed).zip(&needed);
+        let variants = instances.map(|(((instance, project), installed), needed)| {
+            let project = built(instance, project.as_ref(), installed.as_ref())?;
             if self.middleware.is_some() {
                 return Some(*needed);
             }
@@ -350,6 +262,10 @@ impl Programs {
         let Some(project) = self.project(at) else {
             return Ok(None);
         };
+        if let Some(installed) = &self.installed[at] {
+            let is_own = instance.process.is_none();
+            return Ok(is_own.then(|| installed.clone()));
+        }
         let program = match &instance.process {
             Some(process) => self.shared_program(&process.text),
             None => program(project, self.variants[at], self.sanitizer(at)),
@@ -374,6 +290,10 @@ impl Programs {
         let Some(project) = self.project(at).filter(is_python) else {
             return Ok(None);
         };
+        if self.installed[at].is_some() {
+            let places = Places::installed(project).map_err(io::Error::other)?;
+            return python_copies::of(&places, host).map(Some);
+        }
         let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
         };
@@ -386,11 +306,11 @@ impl Programs {
     pub(crate) fn built(&self) -> impl Iterator<Item = Built<'_>> {
         let instances = self.deployment.instances.iter().zip(&self.declared);
         let chosen = self.needed.iter().zip(&self.variants);
-        let all = instances.zip(chosen).enumerate();
-        all.filter_map(|(at, ((instance, project), (needed, variant)))| {
+        let all = instances.zip(&self.installed).zip(chosen).enumerate();
+        all.filter_map(|(at, (((instance, project), installed), (needed, variant)))| {
             Some(Built {
                 instance,
-                project: built(instance, project.as_ref())?,
+                project: built(instance, project.as_ref(), installed.as_ref())?,
                 needed: *needed,
                 variant: *variant,
                 sanitizer: self.sanitizer(at),
@@ -404,7 +324,8 @@ impl Programs {
     /// The program is not of a component in C++ that is built; the text says why.
     pub fn sanitize(&self, at: usize, sanitizer: Sanitizer) -> Result<(), String> {
         let instance = &self.deployment.instances[at];
-        let Some(project) = built(instance, self.declared.get(at).and_then(Option::as_ref)) else {
+        let project = self.declared.get(at).and_then(Option::as_ref);
+        let Some(project) = built(instance, project, self.installed[at].as_ref()) else {
             return Err("nothing builds its program".to_owned());
         };
         if project.language() != Some(Language::Cpp) {
@@ -419,6 +340,18 @@ impl Programs {
 
     fn sanitizer(&self, at: usize) -> Option<Sanitizer> {
         self.sanitized.borrow().get(&at).copied()
+    }
+
+    /// The instances whose programs their components choose, with those, and whether they are
+    /// installed.
+    pub(crate) fn described(&self) -> impl Iterator<Item = (&Instance, &Project, bool)> {
+        let instances = self.deployment.instances.iter().zip(&self.declared);
+        let all = instances.zip(&self.installed);
+        all.filter_map(|((instance, project), installed)| {
+            let project = project.as_deref()?;
+            let is_chosen = instance.executable.is_none();
+            is_chosen.then_some((instance, project, installed.is_some()))
+        })
     }
 
     /// Whether an instance runs on this machine.
@@ -456,7 +389,9 @@ impl Programs {
                 continue;
             };
             let place = instance.cdsl.as_ref().unwrap_or(&instance.name).span;
-            let same = named.entry((root, package(project))).or_default();
+            let same = named
+                .entry((root, installed::program_name(project)))
+                .or_default();
             if same.iter().all(|(known, _)| known.path != project.path) {
                 same.push((project, place));
             }
@@ -503,6 +438,13 @@ impl Programs {
             );
         }
         let _ = write!(command, " {}", self.path.display());
+        if let Some(program) = &self.installed[at] {
+            return format!(
+                "{} is installed: install it anew, built from these files for {} (its package, or `rcgen install`), or put the component into a workspace, where `{command}` builds it",
+                program.display(),
+                self.needed[at],
+            );
+        }
         if instance.executable.is_none() {
             return format!("build it: `{command}`");
         }
@@ -527,7 +469,7 @@ impl Programs {
                 .or_insert_with(|| Note::read(&path));
             let build = self.how_to_build(at, profile);
             let instance = (instance, self.needed[at]);
-            check_executable(&path, notes, place, instance, project, &build, found);
+            executable::check(&path, notes, place, instance, project, &build, found);
         }
     }
 
@@ -557,6 +499,14 @@ impl Programs {
             let place = named.map_or(instance.name.span, |n| n.span);
             match self.executable(at, profile) {
                 Ok(Some(path)) => all.push((at, place, path)),
+                Ok(None) if self.installed[at].is_some() => {
+                    let message = format!(
+                        "`{}` is installed with a program of its own, and shares no process",
+                        instance.path
+                    );
+                    let help = "leave `process` out, or put the component into a workspace";
+                    found.push(Diagnostic::error("missing-executable", place, message).help(help));
+                }
                 Ok(None) => {
                     let message = format!("{} is in no cargo workspace", project.path.display());
                     let help = "make one with `rcgen init`, or name the program with `executable`";

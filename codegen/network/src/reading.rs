@@ -2,7 +2,7 @@
 
 use crate::load::{Components, check};
 use crate::{Network, Overrides};
-use rc_codegen::paths::normal;
+use rc_codegen::installed::{self, named_component};
 use rc_codegen::{FileLoader, Project};
 use rc_ddsl::model::Deployment;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
@@ -71,7 +71,7 @@ impl Reading {
         sources: &mut SourceMap,
         loader: &FileLoader,
     ) -> Option<Rc<Project>> {
-        let path = normal(&folder.join(&named.text));
+        let path = named_component(folder, &named.text);
         if !self.known.contains_key(&path) {
             let first = sources.ids().count();
             let project = match Project::load(&path, sources, loader) {
@@ -135,7 +135,10 @@ fn not_found(folder: &Path, named: &Name, error: &std::io::Error) -> Diagnostic 
     let error = Diagnostic::error("component-not-found", named.span, message);
     match near {
         Some(near) => error.did_you_mean(&named.text, Some(&near)),
-        None if is_relative => error.help("the path is relative to this file"),
+        None if is_relative => error.help(format!(
+            "the path is relative to this file; neither the workspace nor {} has a component of this name",
+            installed::prefix().display()
+        )),
         None => error,
     }
 }

@@ -199,7 +199,9 @@ pub(super) fn fill<'o>(
 
 /// Makes `.venv` in the folder of a component, or takes the one that is there, and installs the
 /// packages that its `pyproject.toml` names: by `uv` where it is in the path, else by `pip`. Their
-/// output is that of this program. `python` is the interpreter of a new environment.
+/// output is that of this program. `python` is the interpreter of a new environment. The wheel of
+/// the framework is installed, too, so that editors and type checkers find it; it replaces one of
+/// the same version.
 ///
 /// # Errors
 /// [`Error`]; an environment that was begun is completed by the next call.
@@ -208,6 +210,7 @@ pub fn make(
     oldest: (u32, u32),
     python: Option<&Path>,
     dev: bool,
+    wheel: Option<&Path>,
 ) -> Result<PathBuf, Error> {
     let needs = Needs::read(folder, oldest, dev)?;
     let place = folder.join(OWN_ENVIRONMENT);
@@ -221,10 +224,20 @@ pub fn make(
             .to_vec(),
     };
     install.extend(uv.is_some().then(|| own.clone().into_os_string()));
-    install.push("--".into());
-    install.extend(needs.packages.iter().map(Into::into));
+    let program = uv.as_deref().unwrap_or(&own);
     if !needs.packages.is_empty() {
-        run(uv.as_deref().unwrap_or(&own), &install)?;
+        let mut install = install.clone();
+        install.push("--".into());
+        install.extend(needs.packages.iter().map(Into::into));
+        run(program, &install)?;
+    }
+    if let Some(wheel) = wheel {
+        // Relative names could be those of packages.
+        let wheel = std::path::absolute(wheel);
+        let wheel = wheel.map_err(|error| Error::System(error.to_string()))?;
+        install.extend(["--no-deps", "--force-reinstall", "--"].map(Into::into));
+        install.push(wheel.into());
+        run(program, &install)?;
     }
     Ok(place)
 }

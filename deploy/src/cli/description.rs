@@ -4,9 +4,11 @@ use super::arguments::Input;
 use super::output::{Failure, counted, print_findings, print_line, print_note, system};
 use super::transport;
 use crate::process::machine;
-use rc_codegen::FileLoader;
+use rc_codegen::{FileLoader, installed};
 use rc_deploy_network::{Network, Overrides};
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
+use std::io::ErrorKind;
+use std::path::Path;
 
 /// Reads a network and prints nothing.
 fn read_silently(
@@ -21,8 +23,23 @@ fn read_silently(
         parameters: &input.set,
     };
     let (network, found) = rc_deploy_network::load(&input.file, &overrides, &mut sources, loader)
-        .map_err(|e| system(&format!("{}: {e}", input.file.display())))?;
+        .map_err(|error| {
+        let help = copy_installed(&input.file, &error).unwrap_or_default();
+        system(&format!("{}: {error}{help}", input.file.display()))
+    })?;
     Ok((network, sources, found))
+}
+
+/// Advice for a file that is missing here and has the name of an installed network: components write
+/// into the folder of their network, which is not that of packages.
+fn copy_installed(file: &Path, error: &std::io::Error) -> Option<String> {
+    let installed = installed::network(file).filter(|_| error.kind() == ErrorKind::NotFound)?;
+    let copy = file.with_extension("ddsl");
+    Some(format!(
+        "; a network of this name is installed: `cp {} {}` copies it",
+        installed.display(),
+        copy.display()
+    ))
 }
 
 /// Reads a network, runs further checks (`more`), and prints the findings.

@@ -75,7 +75,7 @@ impl Eyes {
         assert_eq!(ran.code, 1, "nothing is built: {ran:?}");
         let folder = format!("{}/", self.site.path("networks").display());
         let lines = ran.stderr.replace(&folder, "");
-        let codes = ["no-python", "old-python", "no-numpy", "no-tree-module"];
+        let codes = ["no-python", "old-python", "no-numpy"];
         let is_ours = |line: &&str| codes.iter().any(|code| line.contains(code));
         lines.lines().filter(is_ours).map(str::to_owned).collect()
     }
@@ -161,22 +161,4 @@ fn an_interpreter_that_cannot_run_a_component_is_found_by_a_check() {
     fs::write(home.join("lib/python3.13/os.py"), "").expect("a file");
     let found = eyes.found_with(&["check", "--format", "short"], &[("PYTHONHOME", &home)]);
     assert_eq!(found, [""; 0]);
-}
-
-#[test]
-fn a_tree_needs_the_folder_of_the_framework() {
-    let eyes = Eyes::new("tree_module");
-    eyes.program("bin/python3", "3.13.0");
-    eyes.declare("language python; options InnerModelViewer;");
-    let found = "eyes.ddsl:3:27: warning[no-tree-module]: `Eyes` has a tree, for which a wheel of the framework has no extension module (name the framework by a path in `Cargo.toml`)";
-    assert_eq!(eyes.check(), [found]);
-    let manifest = eyes.site.path("networks/Cargo.toml");
-    let named = |runtime: &str| {
-        let text = format!("[workspace]\n[workspace.dependencies]\nrc-runtime = {{ {runtime} }}\n");
-        fs::write(&manifest, text).expect("a manifest");
-    };
-    named("version = \"0.2\"");
-    assert_eq!(eyes.check(), [found]);
-    named("path = \"../framework/runtime\"");
-    assert_eq!(eyes.check(), [""; 0]);
 }

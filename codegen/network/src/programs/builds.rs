@@ -1,6 +1,6 @@
 //! The builds of cargo and cmake that make the programs of a network.
 
-use super::{Built, Programs, package, program};
+use super::{Built, Programs, program};
 use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher::{self, Launcher};
@@ -9,6 +9,7 @@ use crate::shared_process::{self, Members};
 use crate::variant::{self, Staged};
 use crate::workspaces::Workspaces;
 use rc_codegen::Project;
+use rc_codegen::installed::program_name;
 use rc_vocabulary::Builder;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -34,7 +35,7 @@ impl Programs {
                 && project.is_built_by_cargo()
             {
                 let members = processes.entry(&process.text).or_default();
-                members.insert(package(project), (project, variant));
+                members.insert(program_name(project), (project, variant));
                 continue;
             }
             let root = Workspaces::root(project.code());
@@ -45,7 +46,7 @@ impl Programs {
                     scripts.entry(program).or_insert(built);
                     continue;
                 }
-                let package = package(project);
+                let package = program_name(project);
                 let packages = groups.entry((root, variant)).or_default();
                 packages.entry(package).or_insert(project);
             }

@@ -5,6 +5,7 @@ use super::file_key::Keys;
 use super::names::{Kind, Symbol};
 use rc_cdsl::Component;
 use rc_codegen::FileLoader;
+use rc_codegen::installed::named_component;
 use rc_ddsl::{Connection, Deployment, Endpoint};
 use rc_deploy_network::{Network, Overrides, Reading};
 use rc_diagnostics::{Diagnostics, SourceId, SourceMap};
@@ -176,7 +177,7 @@ fn wired(network: &Network, keys: &mut Keys) -> Wired {
         let Some(cdsl) = instance.cdsl.as_ref().filter(|_| !is_made) else {
             continue;
         };
-        let file = keys.of(&instance.folder.join(&cdsl.text));
+        let file = keys.of(&named_component(&instance.folder, &cdsl.text));
         for (slot, described) in component.slots.iter().enumerate() {
             let array = rc_vocabulary::member::split(&described.name);
             let name = array.map_or(described.name.as_str(), |(array, _)| array);

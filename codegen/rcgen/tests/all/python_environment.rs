@@ -96,9 +96,27 @@ fn an_environment_is_made_on_request() {
     for _ in 0..2 {
         let (code, said) = venv(folder, &path, &[]);
         assert_eq!(code, Some(0), "{said}");
-        assert!(said.ends_with("/.venv is ready\n"), "{said}");
+        assert!(said.contains("/.venv is ready\n"), "{said}");
+        assert!(
+            said.contains("note: there is no wheel of the framework"),
+            "{said}"
+        );
     }
     let own = folder.join(".venv/bin/python");
+    let print = Command::new(&own)
+        .args(["-I", "-c", "import tiny; print(tiny.SIZE)"])
+        .output();
+    assert_eq!(print.expect("python").stdout, b"7\n");
+
+    // The wheel of the framework, here another one, is installed anew each time.
+    needs(folder, ">=3.11", "");
+    fs::remove_dir_all(folder.join(".venv")).expect("to remove");
+    for _ in 0..2 {
+        let (code, said) = venv(folder, &path, &["--wheel", "tiny-1.2-py3-none-any.whl"]);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(!said.contains("note: "), "{said}");
+        assert!(said.contains("Successfully installed tiny-1.2"), "{said}");
+    }
     let print = Command::new(&own)
         .args(["-I", "-c", "import tiny; print(tiny.SIZE)"])
         .output();

@@ -3,6 +3,7 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, words};
+use rc_deploy_network::Profile;
 use rc_diagnostics::Format;
 use rc_vocabulary::{Language, Middleware, duration, listed};
 use std::path::PathBuf;
@@ -51,8 +52,12 @@ fn codes() -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// The project that this program was built from.
-const HERE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+/// The framework of new workspaces: the project that this program was built from. A package is for
+/// machines without that project, and `cargo xtask dist` sets the variable.
+const HERE: &str = match option_env!("ROBOCOMP_PACKAGED") {
+    Some(_) => env!("CARGO_PKG_VERSION"),
+    None => concat!(env!("CARGO_MANIFEST_DIR"), "/../.."),
+};
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
@@ -243,8 +248,8 @@ pub(crate) enum Command {
         out: Option<PathBuf>,
     },
     /// Makes the virtual environment `.venv` of a component in Python, or takes the one that is
-    /// there, and installs the packages of its pyproject.toml: by uv if it is in the path, else by
-    /// pip. No other command installs anything.
+    /// there, and installs the packages of its pyproject.toml and the framework: by uv if it is in
+    /// the path, else by pip. No other command installs packages.
     Venv {
         /// The component.
         #[arg(value_name = "FILE.cdsl", add = files(&["cdsl"]))]
@@ -257,6 +262,35 @@ pub(crate) enum Command {
         /// Also installs the packages of `dev`, for tests and type checkers.
         #[arg(long)]
         dev: bool,
+        /// The wheel of the framework [default: that of `cargo xtask dist` in its folder, else the
+        /// one that is installed beside rcgen, if there is one].
+        #[arg(long, value_name = "FILE.whl", add = files(&["whl"]))]
+        wheel: Option<PathBuf>,
+    },
+    /// Installs components of a workspace under a prefix, with their programs, which are built
+    /// before: `rcdeploy` finds them there without a workspace and without cargo.
+    ///
+    /// An installed component of the same name is replaced. A running one is not disturbed, and its
+    /// next start is that of the new program.
+    Install {
+        /// The components.
+        #[arg(required = true, value_name = "FILE.cdsl", add = files(&["cdsl"]))]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        common: Common,
+        /// The prefix [default: `$ROBOCOMP_PREFIX`, else that of this program, else /opt/robocomp].
+        #[arg(long, value_name = "DIR")]
+        prefix: Option<PathBuf>,
+        /// The profile with which cargo has built the programs: release or dev.
+        #[arg(long, default_value = "release", value_parser = |text: &str| text.parse::<Profile>(), add = words(&["release", "dev"]))]
+        profile: Profile,
+        /// Replaces interfaces and other shared files that are installed in another version.
+        /// Components that were built with those are stale then.
+        #[arg(long)]
+        replace: bool,
+        /// Prints the files, and writes nothing.
+        #[arg(long)]
+        dry_run: bool,
     },
     /// Draws a state machine, states in states, transitions with their events; or a graph, or the types
     /// of one with their relations.

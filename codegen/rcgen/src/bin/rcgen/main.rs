@@ -15,6 +15,7 @@ mod graph_views;
 mod graphs;
 mod index;
 mod innermodel;
+mod install;
 mod kinematics;
 mod prototypes;
 mod reports;
@@ -176,7 +177,23 @@ fn main() -> ExitCode {
             common,
             python,
             dev,
-        }) => venv::make(&file, &common, python.as_deref(), dev),
+            wheel,
+        }) => venv::make(&file, &common, python.as_deref(), dev, wheel.as_deref()),
+        Some(Command::Install {
+            files,
+            common,
+            prefix,
+            profile,
+            replace,
+            dry_run,
+        }) => install::install(&install::Request {
+            files: &files,
+            common: &common,
+            prefix: prefix.unwrap_or_else(rc_codegen::installed::prefix),
+            profile,
+            replace,
+            dry_run,
+        }),
         Some(Command::Graph {
             file,
             common,

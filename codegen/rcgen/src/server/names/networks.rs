@@ -2,6 +2,7 @@
 //! components.
 
 use super::{BindName, Collector, GroupName, Kind, SlotOf, Symbol};
+use rc_codegen::installed::named_component;
 use rc_ddsl::Deployment;
 use rc_ddsl::model::{ChainPoint, Host, Instance, InstanceOrGroup, SlotPath};
 use rc_diagnostics::{Name, Span};
@@ -244,7 +245,7 @@ impl Collector<'_> {
     /// The file of a component.
     fn cdsl(&mut self, instance: &Instance) -> Option<PathBuf> {
         let cdsl = instance.cdsl.as_ref()?;
-        Some(self.keys.of(&instance.folder.join(&cdsl.text)))
+        Some(self.keys.of(&named_component(&instance.folder, &cdsl.text)))
     }
 
     fn of_component(&mut self, span: Span, cdsl: &Path, name: &str) {

@@ -1,0 +1,344 @@
+//! Puts a component of a workspace under a prefix, where networks find it without a workspace and
+//! without cargo ([`rc_codegen::installed`] has the layout).
+
+use crate::error::{Error, cannot, refused};
+use crate::launcher;
+use crate::load::Overrides;
+use crate::path_values::named_files;
+use crate::profile::Profile;
+use crate::reading::Reading;
+use crate::workspaces::Workspaces;
+use rc_codegen::cargo_workspace::Workspace;
+use rc_codegen::files::GENERATED;
+use rc_codegen::installed::{COMPONENTS, INTERFACES, PROGRAMS, program_name};
+use rc_codegen::note::Note;
+use rc_codegen::paths::{absolute, normal, relative};
+use rc_codegen::{FileLoader, Project};
+use rc_diagnostics::{Diagnostics, Severity, SourceMap};
+use rc_vocabulary::Builder;
+use rustix::fs::{CWD, RenameFlags, renameat_with};
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+/// Most files of one component.
+const MOST_FILES: usize = 10_000;
+
+/// The folder of compiled modules, which Python writes next to the modules that it reads.
+const COMPILED: &str = "__pycache__";
+
+/// A component that can be installed.
+#[derive(Debug)]
+pub struct Installation {
+    /// Its folder, below the prefix.
+    folder: PathBuf,
+    /// Its files, by their paths below the prefix.
+    files: BTreeMap<PathBuf, Content>,
+}
+
+#[derive(Debug)]
+enum Content {
+    /// A file of the workspace.
+    Copy(PathBuf),
+    /// A script.
+    Script(String),
+}
+
+impl Installation {
+    /// Collects the files of a component: its description and what that names, the configuration
+    /// and the files that this names, and its program of a profile. Findings about its files are
+    /// added to `found`; then there is no installation.
+    ///
+    /// # Errors
+    /// The program is missing or of another version, or a file would lie outside of the prefix.
+    pub fn of(
+        path: &Path,
+        profile: Profile,
+        sources: &mut SourceMap,
+        loader: &FileLoader,
+        found: &mut Diagnostics,
+    ) -> Result<Option<Self>, Error> {
+        let first = sources.ids().count();
+        let project = Project::load(path, sources, loader);
+        let (project, more) = project.map_err(cannot(format!("read {}", path.display())))?;
+        let faulty = more.has_errors();
+        found.extend(more);
+        let Some(project) = project.filter(|_| !faulty) else {
+            return Ok(None);
+        };
+        let read: Vec<PathBuf> = sources
+            .ids()
+            .skip(first)
+            .map(|id| sources.path(id).to_path_buf())
+            .collect();
+        let Some(named) = files_of_configuration(&project, sources, loader, found)? else {
+            return Ok(None);
+        };
+        let name = path.file_stem().unwrap_or_default();
+        let own = absolute(project.folder()).map_err(cannot("find the component"))?;
+        let mut installation = Self {
+            folder: Path::new(COMPONENTS).join(name),
+            files: BTreeMap::new(),
+        };
+        let workspace = Workspace::of(&own).map_err(refused("read the workspace"))?;
+        let search = workspace.map_or_else(Vec::new, |workspace| workspace.search());
+        // The interfaces that come with rcgen are no files.
+        for file in read.iter().filter(|file| file.is_file()) {
+            let file = absolute(file).map_err(cannot("find a file"))?;
+            let parent = file.parent().unwrap_or(Path::new(""));
+            let is_shared = search.iter().any(|folder| folder == parent);
+            if is_shared && let Some(base) = file.file_name() {
+                let place = Path::new(INTERFACES).join(base);
+                installation.files.insert(place, Content::Copy(file));
+            } else {
+                installation.add(&own, &file)?;
+            }
+        }
+        for file in named {
+            installation.add(&own, &absolute(&file).map_err(cannot("find a file"))?)?;
+        }
+        let code = absolute(project.code()).map_err(cannot("find the component"))?;
+        installation.add_folder(&code, Path::new("etc"))?;
+        installation.add_program(&project, &code, profile)?;
+        Ok(Some(installation))
+    }
+
+    /// Adds a file at its place relative to the folder of the component.
+    fn add(&mut self, own: &Path, file: &Path) -> Result<(), Error> {
+        let place = normal(&self.folder.join(relative(own, file)));
+        if place.starts_with("..") {
+            return Err(Error::Workspace(format!(
+                "{} would lie outside of the prefix, because the component names it {}; move it next to the component",
+                file.display(),
+                relative(own, file).display()
+            )));
+        }
+        self.files.insert(place, Content::Copy(file.to_path_buf()));
+        if self.files.len() > MOST_FILES {
+            return Err(Error::Workspace(format!(
+                "the component has more than {MOST_FILES} files"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Adds all files below a folder of the component, which need not exist.
+    fn add_folder(&mut self, own: &Path, folder: &Path) -> Result<(), Error> {
+        let there = own.join(folder);
+        let action = || format!("list {}", there.display());
+        let entries = match there.read_dir() {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            Err(error) => return Err(cannot(action())(error)),
+        };
+        for entry in entries {
+            let entry = entry.map_err(cannot(action()))?;
+            let inside = folder.join(entry.file_name());
+            let kind = entry.file_type().map_err(cannot(action()))?;
+            // A link is the file that it leads to; one to a folder may lead to itself.
+            if kind.is_dir() && entry.file_name() != COMPILED {
+                self.add_folder(own, &inside)?;
+            } else if own.join(&inside).is_file() {
+                self.add(own, &own.join(&inside))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the program, and what it needs beside it.
+    fn add_program(
+        &mut self,
+        project: &Project,
+        code: &Path,
+        profile: Profile,
+    ) -> Result<(), Error> {
+        let name = program_name(project);
+        let place = self.folder.join(PROGRAMS).join(&name);
+        let component = &project.component.name.text;
+        let model = format!("{:016x}", project.hash);
+        let content = match project.builder() {
+            Builder::Cargo => {
+                let root = Workspaces::root(code).map_err(refused("find the workspace"))?;
+                let Some(root) = root else {
+                    return Err(Error::Workspace(format!(
+                        "`{component}` is in no workspace, so nothing builds it"
+                    )));
+                };
+                let target = Workspaces::default().target(&root);
+                let target = target.map_err(refused("find the target folder"))?;
+                let program = target.programs(profile).join(&name);
+                let build = format!(
+                    "build it: `cargo build --workspace --profile {} --bin {name}`",
+                    profile.word()
+                );
+                let notes = match Note::read(&program) {
+                    Ok(notes) => notes,
+                    Err(error) if error.kind() == ErrorKind::NotFound => {
+                        let program = program.display();
+                        return Err(Error::Workspace(format!("there is no {program}; {build}")));
+                    }
+                    Err(error) => {
+                        return Err(cannot(format!("read {}", program.display()))(error));
+                    }
+                };
+                if !notes.iter().any(|note| note.model == model) {
+                    let program = program.display();
+                    return Err(Error::Workspace(format!(
+                        "{program} was built from another version of `{component}`; {build}"
+                    )));
+                }
+                Content::Copy(program)
+            }
+            Builder::Interpreter => {
+                let note = Note::of_generated(code).ok().flatten();
+                let Some(note) = note.filter(|note| note.model == model) else {
+                    return Err(Error::Workspace(format!(
+                        "the generated code of `{component}` is missing or of another version; generate it: `rcgen {}`",
+                        project.path.display()
+                    )));
+                };
+                self.add_folder(code, Path::new("src"))?;
+                self.add_folder(code, Path::new(GENERATED))?;
+                Content::Script(launcher::installed(project, &self.folder, &note)?)
+            }
+            Builder::Cmake => {
+                return Err(Error::Workspace(format!(
+                    "`{component}` is in C++: its program names the library of the framework by a path of the workspace, so it cannot be installed elsewhere"
+                )));
+            }
+        };
+        self.files.insert(place, content);
+        Ok(())
+    }
+
+    /// The folder of the component below the prefix.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The files, by their paths below the prefix.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.keys().map(PathBuf::as_path)
+    }
+
+    /// The files that are shared with other components, and that are installed with another
+    /// content.
+    ///
+    /// # Errors
+    /// The system does not give a file.
+    pub fn conflicts(&self, prefix: &Path) -> Result<Vec<PathBuf>, Error> {
+        let mut all = Vec::new();
+        for (place, content) in &self.files {
+            let there = prefix.join(place);
+            let Content::Copy(from) = content else {
+                continue;
+            };
+            if place.starts_with(&self.folder) || !there.exists() {
+                continue;
+            }
+            let read = |file: &Path| {
+                std::fs::read(file).map_err(cannot(format!("read {}", file.display())))
+            };
+            if read(from)? != read(&there)? {
+                all.push(there);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Writes the files. The folder of an installed version is exchanged as a whole: a running
+    /// program keeps the files that it has opened.
+    ///
+    /// # Errors
+    /// The system refuses a file; then the installed version stays.
+    pub fn write(&self, prefix: &Path) -> io::Result<()> {
+        let place = prefix.join(&self.folder);
+        let parent = place.parent().unwrap_or(prefix);
+        let name = place.file_name().unwrap_or_default().to_string_lossy();
+        let new = parent.join(format!(".{name}.new-{}", std::process::id()));
+        let written = self.write_to(prefix, &new).and_then(|()| {
+            match renameat_with(CWD, &new, CWD, &place, RenameFlags::EXCHANGE) {
+                Ok(()) => std::fs::remove_dir_all(&new),
+                Err(rustix::io::Errno::NOENT) => std::fs::rename(&new, &place),
+                Err(error) => Err(error.into()),
+            }
+        });
+        if written.is_err() {
+            let _ = std::fs::remove_dir_all(&new);
+        }
+        written
+    }
+
+    /// Writes the files of the component's folder into `new`, then the shared ones.
+    fn write_to(&self, prefix: &Path, new: &Path) -> io::Result<()> {
+        for (place, content) in &self.files {
+            if let Ok(inside) = place.strip_prefix(&self.folder) {
+                put(content, &new.join(inside))?;
+            }
+        }
+        for (place, content) in &self.files {
+            if !place.starts_with(&self.folder) {
+                let place = prefix.join(place);
+                let next = place.with_extension(format!("new-{}", std::process::id()));
+                put(content, &next)?;
+                std::fs::rename(&next, &place)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes one file, with the permissions of its source.
+fn put(content: &Content, place: &Path) -> io::Result<()> {
+    if let Some(parent) = place.parent() {
+        std::fs::create_dir_all(parent)?;
+    }
+    match content {
+        Content::Copy(from) => std::fs::copy(from, place).map(drop),
+        Content::Script(text) => {
+            std::fs::write(place, text)?;
+            std::fs::set_permissions(place, std::fs::Permissions::from_mode(0o755))
+        }
+    }
+}
+
+/// The files that the configuration of a component names. `None` after an error in it.
+fn files_of_configuration(
+    project: &Project,
+    sources: &mut SourceMap,
+    loader: &FileLoader,
+    found: &mut Diagnostics,
+) -> Result<Option<Vec<PathBuf>>, Error> {
+    // A network of this component alone: that it lacks peers does not matter here.
+    let file = project.path.file_name().and_then(|name| name.to_str());
+    let Some(file) = file.filter(|file| !file.contains(['"', '\\'])) else {
+        let path = project.path.display();
+        return Err(Error::Workspace(format!(
+            "{path} has a name that a network cannot contain"
+        )));
+    };
+    let path = project.folder().join("installation.ddsl");
+    let text = format!("Deployment installation {{ Component one {{ cdsl \"{file}\"; }}; }};");
+    let source = sources.add(&path, text);
+    let (deployment, _) = rc_ddsl::load(sources, loader, source);
+    let Some(deployment) = deployment else {
+        return Ok(Some(Vec::new()));
+    };
+    let mut reading = Reading::new(&path, deployment);
+    while reading.read_next(sources, loader) {}
+    let (network, more) = reading.check(&Overrides::default(), sources, loader);
+    // Other findings were added before, or are about this network.
+    let faults = more.into_iter().filter(|fault| {
+        fault.severity == Severity::Error && sources.path(fault.span.source) != path
+    });
+    found.extend(faults);
+    if found.has_errors() {
+        return Ok(None);
+    }
+    let config = project.code().join("etc/config.toml");
+    let config = Some(config.as_path()).filter(|config| config.is_file());
+    let parameters = network.parameters.first();
+    let named = parameters.map(|set| named_files(project, config, set, None));
+    Ok(Some(named.unwrap_or_default()))
+}

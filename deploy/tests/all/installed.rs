@@ -1,0 +1,170 @@
+//! Components that `rcgen install` puts under a prefix, and networks of them without cargo.
+
+use rc_test_site::site::{CommandOutput, PATROL, Site};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A site whose network names components that lie nowhere near it.
+fn site(name: &str) -> Site {
+    let site = Site::new(name);
+    let text = PATROL.replace("Deployment patrol", &format!("Deployment {}", site.network));
+    fs::write(site.ddsl(), text).expect("a network");
+    site
+}
+
+/// Runs a tool that finds no cargo.
+fn run(site: &Site, tool: &str, args: &[&str]) -> CommandOutput {
+    let mut command = Command::new(Site::executable(tool));
+    command.args(args).env("ROBOCOMP_PREFIX", site.path("rc"));
+    command
+        .env("PATH", "/usr/bin:/bin")
+        .env("CARGO", "/nowhere/cargo");
+    site.run(command)
+}
+
+fn install(site: &Site, component: &str, more: &[&str]) -> CommandOutput {
+    let file = Site::components()
+        .join(component)
+        .join(format!("{component}.cdsl"));
+    let file = file.display().to_string();
+    run(
+        site,
+        "rcgen",
+        &[&["install", "--profile", "dev", &file], more].concat(),
+    )
+}
+
+/// The executable of each component in the plan.
+fn executables(site: &Site) -> String {
+    let plan = run(
+        site,
+        "rcdeploy",
+        &["plan", "--unbuilt", "--format", "json", "patrol.ddsl"],
+    );
+    assert_eq!(plan.code, 0, "{plan:?}");
+    let plan: serde_json::Value = serde_json::from_str(&plan.stdout).expect("JSON");
+    let all = plan["components"].as_array().expect("components").iter();
+    all.map(|one| format!("{} {}\n", one["name"], one["executable"]))
+        .collect()
+}
+
+fn change(path: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(path).expect("a file");
+    assert!(text.contains(from), "{text}");
+    fs::write(path, text.replace(from, to)).expect("a file");
+}
+
+#[test]
+fn a_network_of_installed_components_runs_without_cargo() {
+    let site = site("installed");
+    for component in ["simulator", "pose_monitor", "avoider"] {
+        let installed = install(&site, component, &[]);
+        assert_eq!(installed.code, 0, "{installed:?}");
+        let program = format!("  components/{component}/bin/{component}\n");
+        assert!(installed.stdout.contains(&program), "{installed:?}");
+    }
+    let up = run(&site, "rcdeploy", &["up", "--detach", "patrol.ddsl"]);
+    assert_eq!(up.code, 0, "{up:?}");
+    site.await_in_log("monitor", "poses=");
+    // A new version is put in place beside the running one.
+    let again = install(&site, "simulator", &[]);
+    assert_eq!(again.code, 0, "{again:?}");
+    assert!(again.stdout.starts_with("replace "), "{again:?}");
+    let restart = run(&site, "rcdeploy", &["restart", &site.network, "simulator"]);
+    assert_eq!(restart.code, 0, "{restart:?}");
+    let down = run(&site, "rcdeploy", &["down", &site.network]);
+    assert_eq!(down.code, 0, "{down:?}");
+    assert!(site.path("networks/patrol.svg").exists());
+    let left = fs::read_dir(site.path("rc/components")).expect("the prefix");
+    assert_eq!(left.count(), 4, "three components, and their maps");
+}
+
+#[test]
+fn a_component_of_the_workspace_comes_first() {
+    let site = site("overlay");
+    for component in ["simulator", "pose_monitor", "avoider"] {
+        assert_eq!(install(&site, component, &[]).code, 0);
+    }
+    let prefix = site.path("rc").display().to_string();
+    assert_eq!(executables(&site).matches(&prefix).count(), 3);
+    let own = site.path("components/avoider");
+    fs::create_dir_all(&own).expect("a folder");
+    fs::write(site.path("Cargo.toml"), "[workspace]\n").expect("a manifest");
+    for file in [
+        "avoider.cdsl",
+        "avoider.pdsl",
+        "avoider.scxml",
+        "Cargo.toml",
+    ] {
+        let from = Site::components().join("avoider").join(file);
+        fs::copy(from, own.join(file)).expect("a file");
+    }
+    let executables = executables(&site);
+    assert_eq!(executables.matches(&prefix).count(), 2, "{executables}");
+    // An installed component has one program for one middleware, and a process of its own.
+    let other = run(
+        &site,
+        "rcdeploy",
+        &[
+            "check",
+            "--middleware",
+            "dds",
+            "--format",
+            "short",
+            "patrol.ddsl",
+        ],
+    );
+    assert!(
+        other.stdout.contains("error[middleware-mismatch]"),
+        "{other:?}"
+    );
+    assert!(other.stdout.contains("uses iceoryx2"), "{other:?}");
+}
+
+#[test]
+fn what_cannot_be_installed_says_why() {
+    let site = site("refused");
+    assert_eq!(install(&site, "avoider", &[]).code, 0);
+    let laser = site.path("rc/interfaces/Laser.idsl");
+    change(&laser, "float angle;", "double angle;");
+    // Other components may have been built with this one.
+    let conflict = install(&site, "avoider", &[]);
+    assert_eq!(conflict.code, 1, "{conflict:?}");
+    assert!(
+        conflict
+            .stderr
+            .contains("Laser.idsl is installed in another version"),
+        "{conflict:?}"
+    );
+    let check = ["check", "--format", "short", "patrol.ddsl"];
+    let stale = run(&site, "rcdeploy", &check);
+    assert!(
+        stale.stdout.contains("error[stale-executable]"),
+        "{stale:?}"
+    );
+    assert_eq!(install(&site, "avoider", &["--replace"]).code, 0);
+    let replaced = run(&site, "rcdeploy", &check);
+    assert!(
+        !replaced.stdout.contains("stale-executable"),
+        "{replaced:?}"
+    );
+
+    let nowhere = install(&site, "avoider", &["--prefix", "/proc/nowhere"]);
+    assert_eq!(nowhere.code, 3, "{nowhere:?}");
+    let cpp = install(&site, "avoider_cpp", &[]);
+    assert_eq!(cpp.code, 1, "{cpp:?}");
+    assert!(cpp.stderr.contains("is in C++"), "{cpp:?}");
+    // A dry run writes nothing.
+    let dry = install(&site, "simulator", &["--dry-run"]);
+    assert_eq!(dry.code, 0, "{dry:?}");
+    assert!(!site.path("rc/components/simulator").exists());
+
+    let networks = site.path("rc/components/networks");
+    fs::create_dir_all(&networks).expect("a folder");
+    fs::write(networks.join("house.ddsl"), "").expect("a network");
+    let named = run(&site, "rcdeploy", &["up", "house"]);
+    assert_eq!(named.code, 3, "{named:?}");
+    let copy = format!("`cp {} house.ddsl`", networks.join("house.ddsl").display());
+    assert!(named.stderr.contains(&copy), "{named:?}");
+}

@@ -1,0 +1,195 @@
+//! The build that packages are made of.
+
+use crate::packages::Selection;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A profile of cargo.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Profile {
+    Release,
+    Dev,
+}
+
+impl Profile {
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Release => "release",
+            Self::Dev => "dev",
+        }
+    }
+}
+
+/// Where the sources are in programs of packages, whatever the folder of the build.
+const SOURCES: &str = "/usr/src/robocomp";
+const CRATES: &str = "/usr/src/crates";
+
+/// The build.
+pub(crate) struct Build {
+    /// The folder of this project.
+    pub(crate) root: PathBuf,
+    pub(crate) profile: Profile,
+    /// The target folder.
+    pub(crate) target: PathBuf,
+    /// The version of all packages.
+    pub(crate) version: String,
+    /// The time of the last commit, in seconds since 1970.
+    pub(crate) time: u64,
+}
+
+impl Build {
+    pub(crate) fn new(profile: Profile, built: bool) -> Result<Self, String> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let root = root.canonicalize().map_err(|error| error.to_string())?;
+        let set = std::env::var("SOURCE_DATE_EPOCH").ok();
+        let time = match set {
+            Some(set) => set,
+            None => output(
+                Command::new("git")
+                    .args(["log", "-1", "--format=%ct"])
+                    .current_dir(&root),
+            )?,
+        };
+        let time = time.trim().parse();
+        let time = time.map_err(|_| "SOURCE_DATE_EPOCH is not a number of seconds".to_owned())?;
+        // This program lies in TARGET/debug. Programs with other paths of sources have a target
+        // folder of their own, so that they are not built again and again.
+        let own = std::env::current_exe().map_err(|error| error.to_string())?;
+        let own = own.ancestors().nth(2).ok_or("there is no target folder")?;
+        let target = match profile {
+            Profile::Release if !built => own.join("packages"),
+            _ => own.to_path_buf(),
+        };
+        Ok(Self {
+            root,
+            profile,
+            target,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            time,
+        })
+    }
+
+    /// The name and the address of whoever is responsible for the packages, by the variables of
+    /// Debian's tools, else by the last commit.
+    pub(crate) fn maintainer(&self) -> Result<String, String> {
+        let variable = |name| std::env::var(name).ok().filter(|text| !text.is_empty());
+        if let (Some(name), Some(mail)) = (variable("DEBFULLNAME"), variable("DEBEMAIL")) {
+            return Ok(format!("{name} <{mail}>"));
+        }
+        let mut author = Command::new("git");
+        author
+            .args(["log", "-1", "--format=%an <%ae>"])
+            .current_dir(&self.root);
+        Ok(output(&mut author)?.trim().to_owned())
+    }
+
+    /// The folder of programs and libraries.
+    pub(crate) fn programs(&self) -> PathBuf {
+        self.target.join(match self.profile {
+            Profile::Release => "release",
+            Profile::Dev => "debug",
+        })
+    }
+
+    /// Builds the programs and the extension modules of the selected packages.
+    pub(crate) fn run(&self, selected: &Selection) -> Result<(), String> {
+        let mut programs: Vec<String> =
+            selected.tools.iter().map(|&tool| tool.to_owned()).collect();
+        let components = selected.components.iter();
+        programs.extend(
+            components
+                .filter(|one| one.is_rust)
+                .map(|one| one.name.clone()),
+        );
+        // Describes components.
+        programs.push("rcgen".to_owned());
+        if selected.wheel {
+            programs.extend(["rcdeploy", "rcforward"].map(str::to_owned));
+        }
+        programs.sort();
+        programs.dedup();
+        let mut cargo = self.cargo("--workspace");
+        for program in &programs {
+            cargo.args(["--bin", program]);
+        }
+        run(&mut cargo)?;
+        if selected.wheel || selected.python {
+            let mut cargo = self.cargo("--lib");
+            for (name, ..) in crate::wheel::MODULES {
+                cargo.args(["--package", name]);
+            }
+            run(&mut cargo)?;
+        }
+        Ok(())
+    }
+
+    fn cargo(&self, selects: &str) -> Command {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let mut cargo = Command::new(cargo);
+        cargo.args([
+            "build",
+            "--locked",
+            "--profile",
+            self.profile.word(),
+            selects,
+        ]);
+        cargo.current_dir(&self.root);
+        if self.profile == Profile::Dev {
+            return cargo;
+        }
+        let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+        let home = home
+            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))
+            .unwrap_or_default();
+        let folders = [
+            (home.join("registry/src"), CRATES),
+            (self.root.clone(), SOURCES),
+        ];
+        let rust = folders.iter().map(|(from, to)| {
+            let from = from.display();
+            format!("--remap-path-prefix={from}={to}")
+        });
+        let c = folders.iter().map(|(from, to)| {
+            let from = from.display();
+            format!("-ffile-prefix-map={from}={to}")
+        });
+        let c = c.collect::<Vec<_>>().join(" ");
+        cargo
+            .args(["--target-dir".as_ref(), self.target.as_os_str()])
+            .env(
+                "CARGO_ENCODED_RUSTFLAGS",
+                rust.collect::<Vec<_>>().join("\u{1f}"),
+            )
+            .env("CFLAGS", &c)
+            .env("CXXFLAGS", &c)
+            .env("SOURCE_DATE_EPOCH", self.time.to_string())
+            .env("ROBOCOMP_PACKAGED", "1");
+        cargo
+    }
+}
+
+/// Runs a command that prints for itself.
+pub(crate) fn run(command: &mut Command) -> Result<(), String> {
+    let status = command.status();
+    let status = status.map_err(|error| format!("{}: {error}", name(command)))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{command:?} failed"))
+    }
+}
+
+/// Runs a command, and returns its output.
+pub(crate) fn output(command: &mut Command) -> Result<String, String> {
+    let output = command.output();
+    let output = output.map_err(|error| format!("{}: {error}", name(command)))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("{command:?} failed: {}", said.trim()));
+    }
+    String::from_utf8(output.stdout).map_err(|error| format!("{}: {error}", name(command)))
+}
+
+fn name(command: &Command) -> String {
+    command.get_program().to_string_lossy().into_owned()
+}

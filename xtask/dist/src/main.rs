@@ -1,0 +1,184 @@
+//! `cargo xtask dist`: packages for Debian, a wheel for Python, checksums and a bill of materials,
+//! from one build. Two runs on the same commit write the same bytes.
+//!
+//! [`build`] runs cargo, [`packages`] says what belongs into which package, [`deb`] and [`wheel`]
+//! write the formats, [`sbom`] the bill of materials, [`soak`] tests the packages in a clean system.
+
+mod build;
+mod deb;
+mod packages;
+mod sbom;
+mod soak;
+mod tree;
+mod wheel;
+
+use build::Build;
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Writes packages into a folder: .deb files, a wheel of Python, SHA256SUMS and a bill of materials.
+
+usage: cargo xtask dist [OPTIONS]
+
+  --out DIR            the folder (target/dist), whose packages are replaced
+  --profile NAME       release, or dev: for tests, without the care for equal bytes on all machines
+  --built              takes the programs that are built, and runs no cargo
+  --only NAME          one package of Debian, or `wheel`; may be given several times
+  --maintainer TEXT    `Name <mail>` in the packages of Debian ($DEBFULLNAME <$DEBEMAIL>, else the
+                       author of the last commit)
+  --soak               then tests the packages: with lintian, and in a clean Debian (needs root)
+";
+
+/// The command line.
+struct Arguments {
+    out: Option<PathBuf>,
+    profile: build::Profile,
+    built: bool,
+    only: Vec<String>,
+    maintainer: Option<String>,
+    soak: bool,
+}
+
+impl Arguments {
+    fn parse(mut words: impl Iterator<Item = String>) -> Result<Option<Self>, String> {
+        let mut arguments = Self {
+            out: None,
+            profile: build::Profile::Release,
+            built: false,
+            only: Vec::new(),
+            maintainer: None,
+            soak: false,
+        };
+        while let Some(word) = words.next() {
+            let mut value = || words.next().ok_or(format!("{word} needs a value"));
+            match word.as_str() {
+                "--out" => arguments.out = Some(value()?.into()),
+                "--profile" => {
+                    arguments.profile = match value()?.as_str() {
+                        "release" => build::Profile::Release,
+                        "dev" => build::Profile::Dev,
+                        other => return Err(format!("`{other}` is not release or dev")),
+                    }
+                }
+                "--built" => arguments.built = true,
+                "--only" => arguments.only.push(value()?),
+                "--maintainer" => arguments.maintainer = Some(value()?),
+                "--soak" => arguments.soak = true,
+                "--help" | "-h" => return Ok(None),
+                other => return Err(format!("unknown option `{other}`; see --help")),
+            }
+        }
+        Ok(Some(arguments))
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::parse(std::env::args().skip(1)) {
+        Ok(Some(arguments)) => arguments,
+        Ok(None) => {
+            print!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        Err(message) => {
+            eprintln!("dist: error: {message}");
+            return ExitCode::from(2);
+        }
+    };
+    match write(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("dist: error: {message}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn write(arguments: &Arguments) -> Result<(), String> {
+    let build = Build::new(arguments.profile, arguments.built)?;
+    let out = match &arguments.out {
+        Some(out) => std::path::absolute(out).map_err(|error| error.to_string())?,
+        None => build.root.join("target/dist"),
+    };
+    let names = packages::selected(&build, &arguments.only)?;
+    if !arguments.built {
+        build.run(&names)?;
+    }
+    std::fs::create_dir_all(&out).map_err(named(&out))?;
+    remove_old(&out)?;
+    // Next to the packages: a folder for temporary files may be in memory.
+    let stage = tempfile::Builder::new().prefix(".stage-").tempdir_in(&out);
+    let stage = stage.map_err(named(&out))?;
+    let mut written = Vec::new();
+    // `rcgen venv` finds the wheel in a package of Debian.
+    let wheel = if names.wheel || names.python {
+        Some(wheel::write(&build, stage.path())?)
+    } else {
+        None
+    };
+    let debs = packages::all(&build, &names, wheel.as_deref(), stage.path())?;
+    let maintainer = match &arguments.maintainer {
+        Some(maintainer) => maintainer.clone(),
+        None => build.maintainer()?,
+    };
+    for package in &debs {
+        written.push(deb::write(package, &build, &maintainer, &out)?);
+    }
+    if let Some(wheel) = wheel.filter(|_| names.wheel) {
+        let place = out.join(wheel.file_name().unwrap_or_default());
+        std::fs::rename(&wheel, &place).map_err(named(&place))?;
+        written.push(place);
+    }
+    if arguments.only.is_empty() {
+        written.push(sbom::write(&build, &out)?);
+    }
+    written.sort();
+    sums(&written, &out)?;
+    for path in &written {
+        println!("wrote {}", path.display());
+    }
+    if arguments.soak {
+        soak::run_all(&build, &out)?;
+    }
+    Ok(())
+}
+
+/// The endings of what is written into the folder.
+const ENDINGS: [&str; 3] = [".deb", ".whl", ".cdx.json"];
+
+/// Removes what an earlier run wrote.
+fn remove_old(out: &Path) -> Result<(), String> {
+    for entry in out.read_dir().map_err(named(out))? {
+        let path = entry.map_err(named(out))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_file() && ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            std::fs::remove_file(&path).map_err(named(&path))?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes `SHA256SUMS`, as `sha256sum --check` reads it.
+fn sums(files: &[PathBuf], out: &Path) -> Result<(), String> {
+    let mut text = String::new();
+    for file in files {
+        let bytes = std::fs::read(file).map_err(named(file))?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let _ = writeln!(text, "{}  {name}", hex(&Sha256::digest(&bytes)));
+    }
+    let place = out.join("SHA256SUMS");
+    std::fs::write(&place, text).map_err(named(&place))
+}
+
+/// Bytes in hexadecimal digits.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// An error with the path that it is about.
+fn named(path: &Path) -> impl Fn(std::io::Error) -> String {
+    let path = path.to_path_buf();
+    move |error| format!("{}: {error}", path.display())
+}

@@ -1,0 +1,115 @@
+//! Tests all packages as a user would meet them: lintian has nothing to say, and in a clean Debian
+//! they are installed, a network runs without cargo and without a connection, and nothing stays
+//! when they are removed.
+
+use crate::build::{Build, run};
+use crate::{named, tree};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The release of Debian, which has a Python that the package for Python accepts.
+const RELEASE: &str = "bookworm";
+
+/// A package that needs a newer Debian: the `OpenCV` of its component.
+const NEWER: [&str; 3] = [
+    "robocomp-line-camera-detector",
+    "robocomp-components",
+    "robocomp-hal",
+];
+
+/// What is done in the clean system, in which `/packages` has the packages.
+const SCRIPT: &str = r#"set -eu
+export DEBIAN_FRONTEND=noninteractive
+dpkg --install /packages/*.deb > /packages/log 2>&1 || { cat /packages/log; exit 1; }
+! command -v cargo
+mkdir /robot && cd /robot
+cp /packages/patrol.ddsl .
+sed 's/Deployment patrol/Deployment second/; s/avoider\.cdsl/avoider_python.cdsl/' patrol.ddsl > second.ddsl
+for network in patrol second; do
+    rcdeploy up --detach $network.ddsl
+    timeout 60 rcdeploy echo $network newFullPose --once
+    # A newer package under a running network.
+    dpkg --install /packages/robocomp-simulator_*.deb > /dev/null
+    timeout 60 rcdeploy echo $network newFullPose --once
+    rcdeploy restart $network simulator
+    rcdeploy down $network
+    test -s patrol.svg
+    rm patrol.svg
+done
+rcgen new --help > /dev/null
+python3 -c 'import robocomp, robocomp.innermodel, robocomp.graph'
+cd / && rm -r /robot /root/.local
+dpkg --purge $(dpkg-query --show --showformat '${Package}\n' 'robocomp-*' python3-robocomp 'rc*' | grep -v '^rcs$') > /dev/null
+"#;
+
+/// Tests the packages in `out`.
+pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
+    let debs: Vec<PathBuf> = tree::files(out)?
+        .into_iter()
+        .filter(|file| file.extension().is_some_and(|ending| ending == "deb"))
+        .map(|file| out.join(file))
+        .collect();
+    run(Command::new("lintian")
+        .args(["--fail-on", "error,warning", "--tag-display-limit", "0"])
+        .args(&debs))?;
+    println!("lintian: {} packages, nothing found", debs.len());
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let root = folder.path().join("root");
+    run(Command::new("mmdebstrap")
+        .args([
+            "--quiet",
+            "--variant=minbase",
+            "--include=python3-numpy",
+            RELEASE,
+        ])
+        .arg(&root))?;
+    let before = files(&root)?;
+    let packages = root.join("packages");
+    for deb in &debs {
+        let name = deb.file_name().unwrap_or_default();
+        let text = name.to_string_lossy();
+        if !NEWER
+            .iter()
+            .any(|newer| text.starts_with(&format!("{newer}_")))
+        {
+            tree::copy(deb, &packages.join(name))?;
+        }
+    }
+    let network = "components/networks/patrol.ddsl";
+    tree::copy(&build.root.join(network), &packages.join("patrol.ddsl"))?;
+    tree::write(&packages.join("script"), SCRIPT.as_bytes())?;
+    // Names of its own for processes, mounts and the network, which has only itself.
+    let inside = "mount -t proc proc \"$0/proc\" && mount --rbind /dev \"$0/dev\" && mount -t tmpfs shm \"$0/dev/shm\" \
+                  && ip link set lo up && exec chroot \"$0\" /bin/sh /packages/script";
+    run(Command::new("unshare")
+        .args(["--mount", "--pid", "--fork", "--net", "sh", "-c", inside])
+        .arg(&root)
+        .env(
+            "PATH",
+            "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
+        ))?;
+    std::fs::remove_dir_all(&packages).map_err(named(&packages))?;
+    let after = files(&root)?;
+    let left: Vec<String> = after
+        .difference(&before)
+        .map(|path| path.display().to_string())
+        .collect();
+    if left.is_empty() {
+        println!("a clean Debian: two networks ran, and nothing is left");
+        Ok(())
+    } else {
+        Err(format!(
+            "after the removal, these files are left: {}",
+            left.join(", ")
+        ))
+    }
+}
+
+/// The files of a system, without what its package manager notes.
+fn files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
+    let mut all = tree::files(root)?;
+    let notes = ["dev", "proc", "var/lib/dpkg", "var/log", "var/cache"];
+    all.retain(|file| !notes.iter().any(|place| file.starts_with(place)));
+    Ok(all)
+}
