@@ -307,15 +307,17 @@ impl Programs {
         let instances = self.deployment.instances.iter().zip(&self.declared);
         let chosen = self.needed.iter().zip(&self.variants);
         let all = instances.zip(&self.installed).zip(chosen).enumerate();
-        all.filter_map(|(at, (((instance, project), installed), (needed, variant)))| {
-            Some(Built {
-                instance,
-                project: built(instance, project.as_ref(), installed.as_ref())?,
-                needed: *needed,
-                variant: *variant,
-                sanitizer: self.sanitizer(at),
-            })
-        })
+        all.filter_map(
+            |(at, (((instance, project), installed), (needed, variant)))| {
+                Some(Built {
+                    instance,
+                    project: built(instance, project.as_ref(), installed.as_ref())?,
+                    needed: *needed,
+                    variant: *variant,
+                    sanitizer: self.sanitizer(at),
+                })
+            },
+        )
     }
 
     /// Builds the program of an instance with a sanitizer from now on.
