@@ -11,8 +11,8 @@ use std::process::Command;
 /// The release of Debian, which has a Python that the package for Python accepts.
 const RELEASE: &str = "bookworm";
 
-/// A package that needs a newer Debian: the `OpenCV` of its component.
-const NEWER: [&str; 3] = [
+/// Packages that are not installed, because one component needs `OpenCV`, hundreds of megabytes.
+const LEFT_OUT: [&str; 3] = [
     "robocomp-line-camera-detector",
     "robocomp-components",
     "robocomp-hal",
@@ -22,7 +22,7 @@ const NEWER: [&str; 3] = [
 const SCRIPT: &str = r#"set -eu
 export DEBIAN_FRONTEND=noninteractive
 dpkg --install /packages/*.deb > /packages/log 2>&1 || { cat /packages/log; exit 1; }
-! command -v cargo
+if command -v cargo; then exit 1; fi
 mkdir /robot && cd /robot
 cp /packages/patrol.ddsl .
 sed 's/Deployment patrol/Deployment second/; s/avoider\.cdsl/avoider_python.cdsl/' patrol.ddsl > second.ddsl
@@ -69,9 +69,9 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     for deb in &debs {
         let name = deb.file_name().unwrap_or_default();
         let text = name.to_string_lossy();
-        if !NEWER
+        if !LEFT_OUT
             .iter()
-            .any(|newer| text.starts_with(&format!("{newer}_")))
+            .any(|name| text.starts_with(&format!("{name}_")))
         {
             tree::copy(deb, &packages.join(name))?;
         }
