@@ -82,7 +82,7 @@ pub(crate) fn write(
         "Section: {}\nPriority: optional\nDescription: {}\n {}",
         package.section,
         package.summary,
-        package.description.replace('\n', "\n ")
+        wrapped(&package.description)
     );
     let information = package.tree.join("DEBIAN");
     tree::write(&information.join("control"), control.as_bytes())?;
@@ -106,6 +106,25 @@ pub(crate) fn write(
     dpkg.env("SOURCE_DATE_EPOCH", build.time.to_string());
     output(&mut dpkg).map_err(|error| format!("{error} (dpkg-deb is a part of Debian's dpkg)"))?;
     Ok(place)
+}
+
+/// Lines of at most 79 characters, each after the first one with a space in front.
+fn wrapped(text: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for paragraph in text.lines() {
+        let mut line = String::new();
+        for word in paragraph.split(' ') {
+            if !line.is_empty() && line.chars().count() + word.chars().count() > 77 {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line += word;
+        }
+        lines.push(line);
+    }
+    lines.join("\n ")
 }
 
 /// The packages with the libraries that programs need.
