@@ -116,10 +116,10 @@ fn a_component_of_the_workspace_comes_first() {
         ],
     );
     assert!(
-        other.stdout.contains("error[middleware-mismatch]"),
+        other.stderr.contains("error[middleware-mismatch]"),
         "{other:?}"
     );
-    assert!(other.stdout.contains("uses iceoryx2"), "{other:?}");
+    assert!(other.stderr.contains("uses iceoryx2"), "{other:?}");
 }
 
 #[test]
@@ -140,13 +140,13 @@ fn what_cannot_be_installed_says_why() {
     let check = ["check", "--format", "short", "patrol.ddsl"];
     let stale = run(&site, "rcdeploy", &check);
     assert!(
-        stale.stdout.contains("error[stale-executable]"),
+        stale.stderr.contains("error[stale-executable]"),
         "{stale:?}"
     );
     assert_eq!(install(&site, "avoider", &["--replace"]).code, 0);
     let replaced = run(&site, "rcdeploy", &check);
     assert!(
-        !replaced.stdout.contains("stale-executable"),
+        !replaced.stderr.contains("stale-executable"),
         "{replaced:?}"
     );
 
