@@ -83,7 +83,7 @@ fn a_wheel_is_all_that_a_client_needs() {
     }
     // Modules that only some components need, and the tools.
     let modules = "import robocomp.innermodel, robocomp.graph";
-    run(Command::new(&own_python).args(["-c", modules]));
+    run(Command::new(&own_python).args(["-I", "-c", modules]));
     for tool in ["rcgen", "rcdeploy"] {
         run(Command::new(environment.join("bin").join(tool)).arg("--version"));
     }
