@@ -96,9 +96,12 @@ pub fn wheel(framework: Option<&Path>) -> Option<PathBuf> {
     let mut folders = built.into_iter().chain([prefix().join(WHEELS)]);
     folders.find_map(|folder| {
         let files = folder.read_dir().into_iter().flatten().flatten();
-        let is_wheel = |name: &str| name.starts_with(begin) && name.ends_with(".whl");
-        let mut files = files.filter(|file| file.file_name().to_str().is_some_and(is_wheel));
-        files.next().map(|file| file.path())
+        let mut files = files.map(|file| file.path());
+        files.find(|file| {
+            let name = file.file_name().and_then(|name| name.to_str());
+            let is_ours = name.is_some_and(|name| name.starts_with(begin));
+            is_ours && file.extension().is_some_and(|ending| ending == "whl")
+        })
     })
 }
 

@@ -64,7 +64,7 @@ const LEFT_OUT: [&str; 1] = ["interop"];
 /// Files beside a `.cdsl` that networks name.
 const DATA: [&str; 5] = ["gdsl", "map", "obj", "urdf", "xml"];
 
-/// Packages of Debian with packages of PyPI.
+/// Packages of Debian with packages of `PyPI`.
 const PYTHON: [(&str, &str); 2] = [
     ("numpy", "python3-numpy"),
     ("opencv-python-headless", "python3-opencv"),

@@ -19,7 +19,7 @@ const LEFT_OUT: [&str; 3] = [
 ];
 
 /// What is done in the clean system, in which `/packages` has the packages.
-const SCRIPT: &str = r#"set -eu
+const SCRIPT: &str = r"set -eu
 export DEBIAN_FRONTEND=noninteractive
 dpkg --install /packages/*.deb > /packages/log 2>&1 || { cat /packages/log; exit 1; }
 if command -v cargo; then exit 1; fi
@@ -41,7 +41,7 @@ rcgen new --help > /dev/null
 python3 -c 'import robocomp, robocomp.innermodel, robocomp.graph'
 cd / && rm -r /robot /root/.local
 dpkg --purge $(dpkg-query --show --showformat '${Package}\n' 'robocomp-*' python3-robocomp 'rc*' | grep -v '^rcs$') > /dev/null
-"#;
+";
 
 /// Tests the packages in `out`.
 pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {

@@ -128,7 +128,7 @@ struct Archive {
 /// The version of zip that readers need: 2.0, with compression.
 const VERSION: u16 = 20;
 /// Version 2.0, made on Unix.
-const MADE_BY: u16 = 3 << 8 | VERSION;
+const MADE_BY: u16 = (3 << 8) | VERSION;
 const DEFLATED: u16 = 8;
 /// A regular file, in the upper half of the attributes.
 const REGULAR: u32 = 0o100_000;
@@ -175,7 +175,7 @@ impl Archive {
         self.directory.extend(&entry);
         // No comment, the first disk, binary.
         self.directory.extend([0; 6]);
-        let attributes = (REGULAR | mode & 0o777) << 16;
+        let attributes = (REGULAR | (mode & 0o777)) << 16;
         self.directory.extend(attributes.to_le_bytes());
         self.directory.extend(place.to_le_bytes());
         self.directory.extend(name.as_bytes());
@@ -206,8 +206,8 @@ fn dos_time(seconds: u64) -> [u8; 4] {
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
     let (year, month, day) = date(days);
     let year = year.clamp(1980, 2107) - 1980;
-    let time = (rest / 3600) << 11 | (rest / 60 % 60) << 5 | rest % 60 / 2;
-    let date = year << 9 | month << 5 | day;
+    let time = ((rest / 3600) << 11) | ((rest / 60 % 60) << 5) | (rest % 60 / 2);
+    let date = (year << 9) | (month << 5) | day;
     let [a, b] = (time as u16).to_le_bytes();
     let [c, d] = (date as u16).to_le_bytes();
     [a, b, c, d]
