@@ -116,6 +116,12 @@ impl Files {
         is_there
     }
 
+    /// Whether the folder has a worker, but not this file.
+    pub(crate) fn lacks_beside_worker(&self, path: &Path) -> bool {
+        let mut folder = self.folder.iter();
+        folder.any(|folder| folder.join("src").exists() && !folder.join(path).exists())
+    }
+
     /// Lets only the user read a file that is created.
     pub(crate) fn hide(&mut self, path: impl Into<PathBuf>) {
         self.hidden.insert(path.into());

@@ -51,6 +51,10 @@ pub(crate) fn files(view: &view::Component, files: &mut Files) -> Result<(), Tem
     // In JSON, a round bracket may be written as an escape; this one would end the raw string.
     let description = description.replace(")rc_json\"", "\\u0029rc_json\"");
     all.insert("description", description.trim_end());
+    all.insert(
+        "has_test",
+        &!files.lacks_beside_worker(Path::new(FIRST_TEST)),
+    );
     let generated = |name: &str| Path::new(GENERATED).join(name);
     for robot in &component.kinematics {
         let path = generated("kinematics").join(format!("{}.h", robot.field));

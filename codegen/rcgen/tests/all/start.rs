@@ -258,6 +258,13 @@ fn a_component_of_robocomp() {
     for file in ["generated/testing.h", "tests/worker_test.cpp"] {
         assert!(robot.join("components/marks").join(file).exists());
     }
+    // A worker without a test has none: the file for cmake names no test.
+    for file in ["tests/worker_test.cpp", "CMakeLists.txt"] {
+        std::fs::remove_file(robot.join("components/marks").join(file)).expect("to remove");
+    }
+    succeeds(&robot, &["generate", "components/marks/marks.cdsl"]);
+    let cmake = read(&robot.join("components/marks/CMakeLists.txt"));
+    assert!(cmake.contains("target_sources") && !cmake.contains("robocomp_test"));
     // A window keeps its signals and its form.
     let with_window =
         "Component Pane { Communications { }; language Cpp11; gui Qt(QMainWindow); };\n";
