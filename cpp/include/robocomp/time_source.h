@@ -20,7 +20,7 @@ enum class Order {
 };
 
 // Advances the time of the network: `ctx.time` of a component whose `.cdsl` has `simulates time;`. Time
-// advances when the present function of the worker returns.
+// advances when the present function of the worker returns. A negative duration throws `rc::TimeError`.
 class TimeSource {
  public:
   // Whether the network takes its time from this component. Otherwise `advance` and `set` throw
@@ -28,14 +28,14 @@ class TimeSource {
   bool is_active() const { return get(RC_TIME_IS_ACTIVE).number != 0; }
   // Moves time forward. Returns the number of the tick, from 1. Throws `rc::TimeError` while the source waits
   // for the tick before and `missing()` is empty.
-  std::uint64_t advance(std::chrono::nanoseconds step) const { return set(RC_TIME_ADVANCE, step.count()); }
+  std::uint64_t advance(std::chrono::nanoseconds step) const { return set(RC_TIME_ADVANCE, forward(step)); }
   // Sets time, possibly to an earlier one: followers begin their periods again and report the jump.
   // Otherwise as `advance`.
-  std::uint64_t set(std::chrono::nanoseconds time) const { return set(RC_TIME_SET, time.count()); }
+  std::uint64_t set(std::chrono::nanoseconds time) const { return set(RC_TIME_SET, forward(time)); }
   // From the next tick on, `compute` runs when every follower has done the work of the tick, or when none has
   // for `limit`, to within 50 ms; then `missing()` names the missing ones. A `compute` that does not advance
   // goes on waiting.
-  void wait_for_all(std::chrono::nanoseconds limit) const { set(RC_TIME_WAIT, limit.count()); }
+  void wait_for_all(std::chrono::nanoseconds limit) const { set(RC_TIME_WAIT, forward(limit)); }
   // From the next tick on, `compute` runs with its period and waits for no follower.
   void wait_for_nobody() const { set(RC_TIME_WAIT, -1); }
   void set_order(Order order) const { set(RC_TIME_ORDER, order == Order::in_turn ? 1 : 0); }
@@ -53,6 +53,11 @@ class TimeSource {
   bool release(const std::string& name) const { return set(RC_TIME_RELEASE, 0, name) != 0; }
 
  private:
+  // The interface has another meaning for negative numbers.
+  static std::int64_t forward(std::chrono::nanoseconds time) {
+    if (time.count() < 0) throw TimeError("a time or a duration is negative");
+    return time.count();
+  }
   static rc_answer get(rc_get_what what) { return detail::checked(robocomp_get(what, 0)); }
   static std::uint64_t set(rc_set_what what, std::int64_t value, const std::string& text = {}) {
     const rc_answer answer = detail::checked(robocomp_set(what, 0, value, detail::bytes(text)));
