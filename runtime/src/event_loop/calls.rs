@@ -53,9 +53,12 @@ impl Calls {
             };
             limit = limit.min(awaiting.until.saturating_duration_since(now));
             let data = epoll::EventData::new_u64(data);
-            match epoll::add(epoll, awaiting.descriptor, data, epoll::EventFlags::IN) {
-                // Two clients have one descriptor.
-                Ok(()) | Err(Errno::EXIST) => {}
+            // What a window has left, see `unwatch`, wakes the loop at most once.
+            let once = epoll::EventFlags::IN | epoll::EventFlags::ONESHOT;
+            match epoll::add(epoll, awaiting.descriptor, data, once) {
+                Ok(()) => {}
+                // Two clients have one descriptor, or a window has left it.
+                Err(Errno::EXIST) => epoll::modify(epoll, awaiting.descriptor, data, once)?,
                 Err(error) => return Err(error.into()),
             }
             if in_order {
@@ -66,7 +69,7 @@ impl Calls {
     }
 
     /// Takes out what [`Calls::watch`] added: calls that wait leave it readable while none is
-    /// started.
+    /// started. A client whose last call was ended or dropped in the window of the worker is left.
     pub(super) fn unwatch(&self, component: &mut dyn Component, epoll: &OwnedFd) -> io::Result<()> {
         for (_, open) in &self.clients {
             let awaiting = component.awaiting(open.described, open.member.as_ref());

@@ -1,5 +1,5 @@
-//! In lockstep, the calls that a component has started end in an order that their replies do not
-//! decide.
+//! The ends of calls that a component has started: in lockstep, in an order that their replies do
+//! not decide; and in the window of a worker.
 
 use super::time::{VALUE, end, network, note, script, slot as topic, source, until, until_status};
 use rc_middleware::started::Awaiting;
@@ -13,7 +13,7 @@ use rc_runtime::{
     WorkerError, embed,
 };
 use serde_json::Value;
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -26,6 +26,7 @@ const CHAIN: i32 = 100;
 /// One more than the handlers of a round, and some.
 const SAMPLES: i32 = 70;
 const BRIEF: Duration = Duration::from_millis(1);
+const COMPUTES: usize = 20;
 
 static ASK: [Operation; 1] = [Operation::query("ask", 1, 7, &[])];
 const NAMES: [&str; 2] = ["First", "Second"];
@@ -412,4 +413,109 @@ fn in_lockstep_only_a_call_that_ends_at_its_deadline_warns() {
     let steps: Vec<&str> = trace.iter().map(|(_, what)| what.as_str()).collect();
     assert_eq!(steps[..3], ["0 Ok(1)", "1 Ok(2)", "compute"]);
     assert!(steps[3].starts_with("1 Err(Deadline"), "{steps:?}");
+}
+
+static WINDOW: Description = asker(&[slot(NAMES[0], LIMIT)]);
+
+/// Starts a call, and drops it in its window when the reply is there.
+struct Window {
+    core: Core,
+    client: TypedClient,
+    call: Option<typed::Call<i32, CallError>>,
+    computes: usize,
+    waits: usize,
+}
+
+impl Window {
+    fn start(core: Core, ports: &Ports, _: &Values) -> Result<Self, StartError> {
+        Ok(Self {
+            core,
+            client: ports.client(0)?,
+            call: None,
+            computes: 0,
+            waits: 0,
+        })
+    }
+}
+
+impl Component for Window {
+    fn core(&mut self) -> &mut Core {
+        &mut self.core
+    }
+
+    fn compute(&mut self) -> Result<(), WorkerError> {
+        self.computes += 1;
+        if self.computes == 1 {
+            let call = self.client.start(&ASK[0], (&1,));
+            self.call = Some(call.expect("room for a call"));
+        }
+        if self.computes == COMPUTES {
+            note(&self.core, self.waits.to_string());
+        }
+        Ok(())
+    }
+
+    fn sending_peers(&self, peers: &mut [usize]) {
+        peers[0] = self.client.peers();
+    }
+
+    fn starts_calls(&self, _: usize) -> bool {
+        true
+    }
+
+    fn end_call(&mut self, _: usize, _: Option<&Member>) -> Option<CallEnd> {
+        // The window is quicker.
+        None
+    }
+
+    fn awaiting(&mut self, _: usize, _: Option<&Member>) -> Option<Awaiting<'_>> {
+        self.client.awaiting()
+    }
+
+    fn has_window(&self) -> bool {
+        true
+    }
+
+    fn wait_in_window(
+        &mut self,
+        events: BorrowedFd<'_>,
+        limit: Duration,
+    ) -> Result<(), WorkerError> {
+        if self.call.take().is_some() {
+            until(self.core.network(), |script| script.replies[0] == 1);
+            let ended = self.client.poll_with(|_| ());
+            assert_eq!(ended, None, "the call was dropped");
+            assert!(self.client.awaiting().is_none());
+        }
+        self.waits += 1;
+        wait(&[events], limit);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_call_that_ends_in_the_window_leaves_nothing_that_wakes_the_loop() {
+    let network = network("ends_window");
+    let stop = WakeEvent::new().expect("an event");
+    thread::scope(|scope| {
+        let _stop = StopOnDrop(&stop);
+        let (open, opened) = mpsc::channel();
+        let (stop, served) = (&stop, &network);
+        scope.spawn(move || {
+            let backend = connect(served, NAMES[0]);
+            let address = format!("{served}/{}", NAMES[0]);
+            let server = backend.server(&endpoint(&address, "Test::Asked", Qos::CALL));
+            open.send(()).expect("the test");
+            let after = || script(served, |script| script.replies[0] += 1);
+            serve(&mut *server.expect("a server"), stop, |_| (), after);
+        });
+        opened.recv().expect("a server");
+        let args = ["--network", &network, "--name", "window"];
+        let window = embed(&WINDOW, Window::start, &args).expect("a component");
+        until(&network, |script| !script.trace.is_empty());
+        end([window]);
+    });
+    let trace = script(&network, |script| std::mem::take(&mut script.trace));
+    let waits: usize = trace[0].2.parse().expect("a number");
+    assert!(waits <= 5 * COMPUTES, "{waits} waits");
 }
