@@ -173,6 +173,13 @@ pub(crate) fn identifier(name: &str) -> String {
     name.chars().map(letter).collect()
 }
 
+/// Whether printed code has a name for something else.
+pub(crate) fn is_taken(name: &str) -> bool {
+    let ends = name.ends_with("_result") || name.ends_with("Result");
+    let is_of_cpp = CPP.split_whitespace().any(|word| word == name);
+    is_reserved(name) || is_of_cpp || ends || TAKEN.contains(&name)
+}
+
 impl<'r> Resolver<'r> {
     fn error(&mut self, code: &'static str, span: Span, message: String) {
         self.found.push(Diagnostic::error(code, span, message));
@@ -185,9 +192,7 @@ impl<'r> Resolver<'r> {
 
     /// Printed code cannot have all names.
     fn reserved(&mut self, name: &Name, of: &str) {
-        let ends = name.text.ends_with("_result") || name.text.ends_with("Result");
-        let is_of_cpp = CPP.split_whitespace().any(|word| word == name.text);
-        if is_reserved(&name.text) || is_of_cpp || ends || TAKEN.contains(&name.text.as_str()) {
+        if is_taken(&name.text) {
             let message = format!(
                 "`{}` cannot be the name of {of}: printed code has it for something else",
                 name.text

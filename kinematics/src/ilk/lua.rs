@@ -1,6 +1,7 @@
 //! The part of Lua that models in ILK are written in: one table of texts, numbers and tables.
 
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, Span};
+use std::collections::HashMap;
 
 /// The deepest nesting of tables.
 const DEEPEST: usize = 16;
@@ -26,14 +27,13 @@ pub(super) enum Kind {
 pub(super) struct Table {
     pub(super) fields: Vec<(Name, Value)>,
     pub(super) items: Vec<Value>,
+    /// The places of the fields.
+    places: HashMap<String, usize>,
 }
 
 impl Table {
     pub(super) fn get(&self, name: &str) -> Option<&Value> {
-        let mut fields = self.fields.iter();
-        fields
-            .find(|(own, _)| own.text == name)
-            .map(|(_, value)| value)
+        self.places.get(name).map(|at| &self.fields[*at].1)
     }
 }
 
@@ -235,9 +235,9 @@ impl Reader<'_> {
             match name {
                 Some(name) if self.takes("=") => {
                     let value = self.value(depth)?;
-                    if let Some((first, _)) =
-                        table.fields.iter().find(|(own, _)| own.text == name.text)
-                    {
+                    let place = table.fields.len();
+                    if let Some(first) = table.places.insert(name.text.clone(), place) {
+                        let first = &table.fields[first].0;
                         let message = format!("`{}` occurs twice", name.text);
                         let error = Diagnostic::error("duplicate-name", name.span, message);
                         self.found.push(error.label(first.span, "first here"));

@@ -4,9 +4,9 @@ use super::lua::{self, Kind, Table, Value};
 use super::motion::{Joint, Known, moved, seen};
 use crate::ast::Math;
 use crate::cell::{Cell, Output, Shape, Solver};
-use crate::resolve::identifier;
+use crate::resolve::{identifier, is_taken};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_formula::{Recorder, Term, is_reserved};
+use rc_formula::{Recorder, Term};
 use rc_quantity::rotation::{Matrix, cross, transposed};
 use rc_quantity::{Real, Transform};
 use rc_robot::Robot;
@@ -224,6 +224,16 @@ impl Reader {
         })
     }
 
+    /// A name in printed code.
+    fn printed(&mut self, text: &str, span: Span) -> String {
+        let name = identifier(text);
+        let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic());
+        if !is_name || is_taken(&name) {
+            self.error(span, format!("`{text}` cannot be a name in printed code"));
+        }
+        name
+    }
+
     fn cell(&mut self, table: &Table, constants: &Value) -> Option<Cell> {
         let (kind, span) = self.text(table, self.whole, "solver_type")?;
         if kind != "forward" {
@@ -236,12 +246,7 @@ impl Reader {
         }
         let mut name = |field| {
             let (text, span) = self.text(table, self.whole, field)?;
-            let name = identifier(text);
-            let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic());
-            if !is_name || is_reserved(&name) {
-                self.error(span, format!("`{text}` cannot be a name in printed code"));
-            }
-            Some(name)
+            Some(self.printed(text, span))
         };
         let (solver, robot) = (name("solverid")?, name("robot_name")?);
         let joints = self.joints(table);
@@ -267,6 +272,11 @@ impl Reader {
             return None;
         }
         let program = recorder.program(&numbers);
+        if !program.is_finite() {
+            let message = "its poses are too great: their products have no float64".to_owned();
+            self.error(self.whole, message);
+            return None;
+        }
         let solver = Solver {
             doc: vec![format!("The solver `{solver}` of a model in ILK.")],
             name: solver,
@@ -534,6 +544,7 @@ impl Reader {
         }
         sorted.sort_by_key(|(place, ..)| *place);
         let (mut outputs, mut numbers) = (Vec::new(), Vec::new());
+        let mut names: BTreeMap<String, Span> = BTreeMap::new();
         for (_, name, (kind, span)) in sorted {
             let asked = (name.text.as_str(), name.span);
             let (doc, shape, own) = match kind {
@@ -574,9 +585,16 @@ impl Reader {
                 }
             };
             numbers.extend(own);
+            let printed = self.printed(&name.text, name.span);
+            if let Some(first) = names.insert(printed.clone(), name.span) {
+                let message = format!("`{}` is `{printed}` in printed code", name.text);
+                let error = Diagnostic::error("duplicate-name", name.span, message);
+                self.found.push(error.label(first, "so is this output"));
+            }
             outputs.push(Output {
-                name: identifier(&name.text),
-                doc: format!("`{}`. {doc}", name.text),
+                name: printed,
+                // A line of a comment stays one.
+                doc: format!("`{}`. {doc}", name.text).replace(char::is_control, " "),
                 shape,
                 asked: None,
             });

@@ -221,6 +221,11 @@ fn wrong_models_are_told_at_their_places() {
         ("polarity=1", "polarity=2", "a polarity is 1 or -1"),
         ("return {", "returns {", "`return { … }`"),
         ("J = {", "J = { },\n J = {", "occurs twice"),
+        (
+            "solverid = 'fk'",
+            "solverid = 'co_await'",
+            "cannot be a name",
+        ),
     ] {
         let found = one(from, to);
         assert!(found.contains(what), "{from}: {found}");
@@ -232,6 +237,10 @@ fn wrong_models_are_told_at_their_places() {
     )
     .1;
     assert!(found.contains("not a rotation matrix"), "{found}");
+    let far = CONSTANTS.replace("0, 0, 2.0", "0, 0, 1e308");
+    let far = far.replace("0.5, 0., 0e0", "0, 0, 1e308");
+    let found = read(SOLVER, &far).1;
+    assert!(found.contains("too great"), "{found}");
     // Nesting and length have bounds; a text without an end has one.
     for text in [
         "return ".to_owned() + &"{".repeat(9999),
@@ -244,4 +253,46 @@ fn wrong_models_are_told_at_their_places() {
             "{text:.20}"
         );
     }
+}
+
+/// Names of a model become names and comments of printed code.
+#[test]
+fn names_of_outputs_stay_names_in_printed_code() {
+    let named = |names: &[&str]| {
+        let (mut operations, mut outputs) = (String::new(), String::new());
+        for name in names {
+            let operation = "op='pose-compose', arg1='mast__turn', arg2='turn__base'";
+            operations += &format!("{{ {operation}, res='{name}' }},");
+            outputs += &format!("['{name}'] = {{ otype='pose' }},");
+        }
+        let text = SOLVER.replace("ops = {", &format!("ops = {{ {operations}"));
+        read(
+            &text.replace("outputs = {", &format!("outputs = {{ {outputs}")),
+            CONSTANTS,
+        )
+    };
+    let (cell, found) = named(&["of a\rimport os\r */ x"]);
+    assert_eq!(found, "");
+    let python = rc_kinematics::python(&cell.expect("a cell"));
+    assert!(!python.contains('\r') && python.contains("of_a_import_os_____x:"));
+    for (names, what) in [
+        (&["a b", "a-b"][..], "is `a_b` in printed code"),
+        (&["while"], "cannot be a name"),
+        (&["7th"], "cannot be a name"),
+    ] {
+        let found = named(names).1;
+        assert!(found.contains(what), "{found}");
+    }
+}
+
+/// Reading takes time in proportion to the text.
+#[test]
+fn a_model_with_very_many_names_is_read() {
+    let many: String = (0..200_000).map(|at| format!("p{at}={{}},")).collect();
+    let text = format!("return {{ {many} }}");
+    assert!(
+        read(&text, CONSTANTS)
+            .1
+            .contains("`solver_type` is missing")
+    );
 }
