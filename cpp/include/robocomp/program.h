@@ -202,6 +202,13 @@ class Program {
   rc_answer failed(std::int32_t status) {
     thrown_ = std::current_exception();
     text_ = detail::current_exception_text();
+    // A slot or compute() that has called `goToEmergency` may fail afterwards, e.g. to stop a base that is not there.
+    const bool is_free = call_->raw.function == RC_COMPUTE || call_->raw.function == RC_WAIT;
+    if (status == RC_FAILED && is_free && worker_ && !worker_base().emergency_reason_.empty()) {
+      log_error(text_);
+      text_ = std::exchange(worker_base().emergency_reason_, {});
+      status = RC_EMERGENCY;
+    }
     return {status, 0, detail::bytes(text_)};
   }
 
