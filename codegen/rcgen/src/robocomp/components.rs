@@ -237,7 +237,10 @@ fn settings(folder: &Path, left: &mut Vec<String>) -> Vec<Settings> {
 fn edited(text: &str, mut edits: Vec<(Span, String)>, clauses: &str) -> String {
     let mut out = text.to_owned();
     edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
-    let end = text.rfind('}').unwrap_or(text.len());
+    // A comment behind the block may have a `}`, too.
+    let mut tokens = rc_syntax::tokens(text).into_iter().rev();
+    let close = tokens.find(|token| token.text == "}");
+    let end = close.map_or(text.len(), |token| token.start);
     let line = text[..end].rfind('\n').map_or(0, |feed| feed + 1);
     let at = if text[line..end].trim().is_empty() {
         line

@@ -19,7 +19,7 @@ fn folder() -> tempfile::TempDir {
         path,
         "old/hand/hand.cdsl",
         "import \"/robocomp/interfaces/IDSLs/Grip.idsl\";\nComponent Hand\n{\n    Communications\n    {\n        implements Gripper;\n    };\n    \
-         language Cpp11;\n    gui Qt(QWidget);\n};\n",
+         language Cpp11;\n    gui Qt(QWidget);\n}; // { or }\n",
     );
     write(
         path,
@@ -102,7 +102,7 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
             gui Qt(QWidget);
             parameters "Hand.pdsl";
             period 50ms;
-        };
+        }; // { or }
     "#]]
     .assert_eq(&text("components/Hand/Hand.cdsl"));
     expect_test::expect![[r#"
