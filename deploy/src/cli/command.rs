@@ -15,6 +15,7 @@ use rc_command_line::{Common, files, words};
 use rc_deploy_client::{Format, Level};
 use rc_deploy_export::Engine;
 use rc_deploy_graph::GraphFormat;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
@@ -451,6 +452,13 @@ pub(super) enum Command {
     Foxglove(foxglove::Foxglove),
     #[command(flatten)]
     Common(Common),
+    /// Waits for gdb at a socket, then is the gdbserver of a program. Started by `up --debug`.
+    #[command(hide = true)]
+    Gdbserver {
+        socket: PathBuf,
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, required = true)]
+        command: Vec<OsString>,
+    },
     /// Runs components for a supervisor on another machine. Started by `up`, over ssh.
     #[command(hide = true)]
     Agent,

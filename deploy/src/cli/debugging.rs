@@ -1,12 +1,20 @@
 //! Components that `up` starts under a debugger or valgrind, or builds with a sanitizer.
 
-use super::output::Failure;
+use super::output::{Failure, system};
+use crate::process::own_program::own_program;
 use clap::Args;
 use rc_deploy_network::plan::{Component, Plan};
 use rc_deploy_network::{Network, Sanitizer};
+use rc_middleware::RunDirectory;
 use rc_vocabulary::{Restart, RestartPolicy};
-use std::net::{Ipv4Addr, TcpListener};
-use std::path::PathBuf;
+use rustix::io::FdFlags;
+use std::ffi::OsString;
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
+use std::os::unix::net::UnixListener;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 /// How long a component may take until it is ready, while a person debugs it.
@@ -61,9 +69,16 @@ impl Debugging {
             }
         }
         for (name, sanitizer) in &self.sanitize {
+            let refuse = |reason: &str| Err(Failure(1, format!("--sanitize {name}: {reason}")));
+            if self.sanitize.iter().filter(|(one, _)| one == name).count() > 1 {
+                return refuse("a program has one sanitizer");
+            }
+            if self.valgrind.contains(name) {
+                return refuse("valgrind cannot run a program with a sanitizer");
+            }
             let at = self.alone(network, "--sanitize", name)?;
             let chosen = network.programs.sanitize(at, *sanitizer);
-            chosen.map_err(|reason| Failure(1, format!("--sanitize {name}: {reason}")))?;
+            chosen.or_else(|reason| refuse(&reason))?;
         }
         Ok(())
     }
@@ -106,6 +121,7 @@ impl Debugging {
 
     /// Changes how components are started. Returns notes for the user.
     pub(super) fn wrap(&self, plan: &mut Plan) -> Result<Vec<String>, Failure> {
+        let directory = RunDirectory::of(&plan.network);
         let mut notes = Vec::new();
         for (name, sanitizer) in &self.sanitize {
             for component in plan.components.iter_mut().filter(|one| one.name == *name) {
@@ -125,17 +141,20 @@ impl Debugging {
                     "--num-callers=30",
                 ];
                 under(component, "valgrind", options.map(str::to_owned).to_vec());
-                component.ready *= SLOWER;
-                component.stop *= SLOWER;
+                component.ready = component.ready.saturating_mul(SLOWER);
+                component.stop = component.stop.saturating_mul(SLOWER);
+                let hung = &mut component.restart.hung;
+                *hung = hung.map(|limit| limit.saturating_mul(SLOWER));
             } else if self.debug.contains(&component.name) {
-                let address = free_address()?;
+                let socket = directory.path().join(format!("{}.gdb", component.name));
                 notes.push(format!(
-                    "{} waits for gdb: `gdb -ex 'target remote {address}' {}` in another terminal, then `continue`",
+                    "{} waits for gdb: `gdb -ex {} {}` in another terminal, then `continue`",
                     component.name,
-                    component.executable.display()
+                    shell_word(&format!("target remote {}", socket.display())),
+                    shell_word(&component.executable.to_string_lossy())
                 ));
-                let options = ["--once", "--no-startup-with-shell", &address];
-                under(component, "gdbserver", options.map(str::to_owned).to_vec());
+                under(component, "gdbserver", Vec::new());
+                behind_socket(component, &socket)?;
                 component.ready = UNHURRIED;
                 component.restart = Restart {
                     policy: RestartPolicy::Never,
@@ -166,11 +185,61 @@ fn program_path(name: &str) -> Option<PathBuf> {
     all.find(|path| path.is_file())
 }
 
-/// An address of this machine where nobody listens now.
-fn free_address() -> Result<String, Failure> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
-    let address = listener.and_then(|listener| listener.local_addr());
-    let address =
-        address.map_err(|e| Failure(3, format!("there is no port for gdbserver: {e}")))?;
-    Ok(address.to_string())
+/// Lets this program start the gdbserver of a component, see [`serve_gdb`].
+fn behind_socket(component: &mut Component, socket: &Path) -> Result<(), Failure> {
+    let own = own_program().map_err(|e| system(&e))?;
+    let gdbserver = std::mem::replace(&mut component.executable, own);
+    let words = [Path::new("gdbserver"), socket, &gdbserver];
+    let words = words.map(|word| word.to_string_lossy().into_owned());
+    component.args.splice(..0, words);
+    Ok(())
+}
+
+/// Waits for a connection to a new socket, then is the gdbserver of a component: `command` is gdbserver, the
+/// program, and its arguments. Listening itself, gdbserver would let the whole network in, and whoever
+/// connects may run anything.
+pub(super) fn serve_gdb(socket: &Path, command: &[OsString]) -> Result<u8, Failure> {
+    let failed = |e: io::Error| Failure(3, format!("gdbserver at {}: {e}", socket.display()));
+    let [gdbserver, program @ ..] = command else {
+        return Err(Failure(2, "there is no command".to_owned()));
+    };
+    // gdbserver has the connection as its standard input and output, so the program gets that of this
+    // process from another descriptor. A shell takes numbers of one digit.
+    let input = io::stdin().as_fd().try_clone_to_owned().map_err(failed)?;
+    let number = input.as_raw_fd();
+    if number > 9 {
+        return Err(failed(io::Error::other("too many open files")));
+    }
+    rustix::io::fcntl_setfd(&input, FdFlags::empty()).map_err(|e| failed(e.into()))?;
+    let accept = || -> io::Result<OwnedFd> {
+        match std::fs::remove_file(socket) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let connection = UnixListener::bind(socket)?.accept()?.0;
+        // The end of the network removes it, too.
+        let _ = std::fs::remove_file(socket);
+        Ok(connection.into())
+    };
+    let connection = accept().map_err(failed)?;
+    let copy = connection.try_clone().map_err(failed)?;
+    // gdbserver quotes the program and its arguments for the shell, but not the words of the wrapper.
+    let restore = format!("'exec 0<&{number} {number}<&- \"$@\"'");
+    let error = Command::new(gdbserver)
+        .args(["--wrapper", "/bin/sh", "-c", &restore, "sh", "--", "-"])
+        .args(program)
+        .env("SHELL", "/bin/sh")
+        .stdin(connection)
+        .stdout(copy)
+        .exec();
+    Err(failed(error))
+}
+
+/// A text as a word of a shell.
+fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
+    if text.chars().all(is_plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
 }

@@ -306,6 +306,7 @@ fn run(command: Command) -> Result<u8, Failure> {
             Ok(0)
         }
         Command::Common(Common::Man { dir }) => man_pages(&dir),
+        Command::Gdbserver { socket, command } => debugging::serve_gdb(&socket, &command),
         Command::Agent => {
             up::agent();
             Ok(0)

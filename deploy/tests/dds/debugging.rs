@@ -3,7 +3,7 @@
 use rc_test_site::site::{PATROL, Site};
 use rc_test_support::python::skipped;
 use std::fs::File;
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt};
 use std::path::Path;
 use std::process::{Child, Command};
 
@@ -69,6 +69,17 @@ fn valgrind_runs_one_component_and_what_cannot_be_debugged_is_refused() {
         1,
         "gdb and valgrind cannot run one component together",
     );
+    let address = ["--sanitize", "avoider=address"];
+    refused(
+        &[&address[..], &["--sanitize", "avoider=thread"]].concat(),
+        1,
+        "--sanitize avoider: a program has one sanitizer",
+    );
+    refused(
+        &[&address[..], &["--valgrind", "avoider"]].concat(),
+        1,
+        "--sanitize avoider: valgrind cannot run a program with a sanitizer",
+    );
     let up = site.run(up(&site, &folder, &["--valgrind", "avoider", "--detach"]));
     assert_eq!(up.code, 0, "{up:?}");
     let log = site.log("avoider");
@@ -86,7 +97,7 @@ fn valgrind_runs_one_component_and_what_cannot_be_debugged_is_refused() {
 /// An `up` with `--debug`, whose output is in a file. Dropping it ends it.
 pub(crate) struct Debugged {
     child: Child,
-    /// The address of gdbserver.
+    /// The socket of gdbserver.
     pub(crate) address: String,
 }
 
@@ -106,10 +117,11 @@ impl Debugged {
             let address = said.split_once("target remote ").map(|(_, rest)| rest);
             let address = address.and_then(|rest| Some(rest.split_once('\'')?.0.to_owned()));
             debugged.address = address.unwrap_or_default();
-            // Its gdbserver listens.
             let ran = debugged.child.try_wait().expect("a child");
             assert!(ran.is_none(), "{said}");
-            !debugged.address.is_empty()
+            // The socket is private to the user: no port is open.
+            let socket = std::fs::metadata(&debugged.address);
+            socket.is_ok_and(|socket| socket.file_type().is_socket())
         });
         debugged
     }
@@ -131,8 +143,6 @@ impl Drop for Debugged {
 pub(crate) fn gdb(address: &str, program: &Path, commands: &[&str]) -> String {
     let mut gdb = Command::new("gdb");
     gdb.args(["-batch", "-nx", "-iex", "set debuginfod enabled off"]);
-    // It may not listen yet.
-    gdb.args(["-iex", "set tcp auto-retry on"]);
     gdb.args(["-ex", &format!("target remote {address}")]);
     for command in commands {
         gdb.args(["-ex", command]);
