@@ -214,6 +214,7 @@ impl Opening<'_> {
         let mut unmet = opener.unmet(endpoints);
         while let Some(state) = unmet
             && begin.elapsed() < opener.patience.get()
+            && !opener.wake_event.is_stopping()
         {
             state.wait_for_change(pause);
             pause = (pause * 2).min(LONGEST_LOOK);
@@ -221,7 +222,7 @@ impl Opening<'_> {
         }
         if let Some(state) = unmet {
             // A component whose patience is over does not wait again, and has told why.
-            if !opener.patience.get().is_zero() {
+            if !opener.patience.get().is_zero() && !opener.wake_event.is_stopping() {
                 tracing::warn!(
                     "`{}`: an endpoint on this machine was not found in {:.1} s; first messages may be lost",
                     state.topic(),

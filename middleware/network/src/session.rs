@@ -214,11 +214,14 @@ impl Listener for IgnoreEvents {
     fn event(&self, _event: Event) {}
 }
 
+/// The longest wait for endpoints on this machine, however long the lease is.
+const MOST_PATIENCE: Duration = Duration::from_secs(10);
+
 /// The limits of waiting for peers where a process announces itself several times in `lease`: all of
 /// these, so that the loss of some of them costs no first messages.
 fn patience(lease: Duration) -> PeerLimits {
     PeerLimits {
-        local: PATIENCE.local.max(lease),
+        local: lease.clamp(PATIENCE.local, MOST_PATIENCE),
         ..PATIENCE
     }
 }
@@ -275,6 +278,7 @@ mod tests {
     fn endpoints_on_this_machine_have_all_announcements_of_a_lease_to_find_each_other() {
         let local = |lease| patience(Duration::from_secs(lease)).local;
         assert_eq!(local(1), Duration::from_secs(3));
-        assert_eq!(local(10), Duration::from_secs(10));
+        assert_eq!(local(7), Duration::from_secs(7));
+        assert_eq!(local(86_400), MOST_PATIENCE);
     }
 }
