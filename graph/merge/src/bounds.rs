@@ -14,13 +14,20 @@ pub(crate) fn check_name(name: &str, writer: u64) -> Result<(), Error> {
     is_sound.then_some(()).ok_or(Error::Name(writer))
 }
 
-/// Refuses a value that no graph holds.
+/// Refuses a value that no graph holds, or that no message carries: a text of CDR ends with its first
+/// zero byte.
 pub(crate) fn check_value(value: &Value, writer: u64) -> Result<(), Error> {
     let most = match value {
         Value::Bytes(_) => MOST_BYTES,
         _ => MOST_VALUE,
     };
-    let is_sound = value.is_finite() && value.size() <= most;
+    let has_zero = match value {
+        Value::Text(text) => text.contains('\0'),
+        Value::Texts(all) => all.iter().any(|text| text.contains('\0')),
+        Value::Sample(sample) => sample.topic.contains('\0') || sample.kind.contains('\0'),
+        _ => false,
+    };
+    let is_sound = value.is_finite() && value.size() <= most && !has_zero;
     is_sound.then_some(()).ok_or(Error::Value(writer))
 }
 

@@ -27,8 +27,10 @@ pub enum Error {
         most = crate::limits::MOST_NAME
     )]
     Name(u64),
-    /// A value is one that no graph holds.
-    #[error("a value in a change of writer {0} is not finite, or too long")]
+    /// A value is one that no graph holds, or that no message carries.
+    #[error(
+        "a value in a change of writer {0} is not finite, too long, or a text with a zero byte"
+    )]
     Value(u64),
     /// The delta has more elements than the replica keeps.
     #[error("a replica keeps at most {0} elements")]

@@ -112,6 +112,14 @@ impl Core {
 
     /// Notes a change in the replica, and its streamed values.
     fn note(&mut self, graph: &Graph, time: Time, mut steps: Steps) -> Result<(), Error> {
+        let kinds = steps.made.values().map(|(kind, _)| kind.as_str());
+        let set = steps.set.iter();
+        let set = set.map(|(id, name, value)| (*id, name.as_str(), value.as_ref()));
+        if let Err(refused) = self.replica.check_change(kinds, set) {
+            // The graph has shown something that the replica cannot take.
+            self.show_all(graph, time);
+            return Err(refused.into());
+        }
         let now = graph.snapshot();
         let mut streamed = Vec::new();
         steps.set.retain(|(id, name, value)| {
@@ -144,14 +152,6 @@ impl Core {
         if let Some(end) = ends.find(|end| self.replica.is_removed(*end)) {
             self.show_all(graph, time);
             return Err(graph_merge::Error::EndRemoved(end).into());
-        }
-        let kinds = steps.made.values().map(|(kind, _)| kind.as_str());
-        let set = steps.set.iter();
-        let set = set.map(|(id, name, value)| (*id, name.as_str(), value.as_ref()));
-        if let Err(refused) = self.replica.check_change(kinds, set) {
-            // The graph has shown something that the replica cannot take.
-            self.show_all(graph, time);
-            return Err(refused.into());
         }
         for (sample, each) in streamed {
             self.streams.put_own(sample, each);

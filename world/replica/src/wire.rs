@@ -4,7 +4,7 @@ use crate::content::{Content, DigestOf, Topic};
 use crate::streams::Sample;
 use graph_merge::{Delta, Record, Stamp, Vector};
 use property_graph::{Id, Time, Value};
-use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr_struct};
+use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr, cdr_struct};
 
 #[derive(Clone, Debug, Default)]
 struct Key {
@@ -69,15 +69,9 @@ fn begin_step(writer: &mut Writer<'_>, what: u8, stamp: Stamp, name: &str, (of, 
     writer.put(&stamp.count);
     writer.put(&stamp.writer);
     writer.put(&stamp.sequence);
-    put_text(writer, name);
+    cdr::text(name, writer);
     writer.put(of);
     writer.put(to);
-}
-
-fn put_text(writer: &mut Writer<'_>, text: &str) {
-    writer.length(text.len() + 1);
-    writer.raw(text.as_bytes());
-    writer.raw(&[0]);
 }
 
 fn put_steps(writer: &mut Writer<'_>, records: &[Record]) {
@@ -126,7 +120,7 @@ fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
             writer.put(&4_u8);
             (0..2).for_each(|_| writer.length(0));
             writer.length(1);
-            put_text(writer, text);
+            cdr::text(text, writer);
             writer.length(0);
         }
         other => writer.put(&content(other)),

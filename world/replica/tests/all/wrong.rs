@@ -625,3 +625,31 @@ fn a_change_that_others_would_refuse_is_made_in_no_part() {
     add(&world, "room", "hall");
     assert_eq!(world.snapshot().node_count(), 2);
 }
+
+/// No message carries it: others would get neither this change nor a later one.
+#[test]
+fn a_text_with_a_zero_byte_is_refused_also_as_the_value_of_a_stream() {
+    let every = Duration::from_millis(20);
+    let rights = Rights::everything().with_stream("room", "name", every);
+    let setup = Setup::new("mapper", flat()).with_writer(7);
+    let world = World::new(setup.with_rights(rights));
+    let name = |of: &World, name: &str| {
+        of.change(|edit| {
+            let room = edit.snapshot().nodes().next().map(|room| room.node_id());
+            let room = room.map_or_else(|| edit.add_node("room"), Ok)?;
+            edit.set(room, "name", name)?;
+            Ok(())
+        })
+    };
+    for names in [["kit\0chen", "kitchen"], ["ha\0ll", "hall"]] {
+        let before = world.snapshot();
+        let refused = name(&world, names[0]).expect_err("a text that ends too early");
+        assert!(refused.to_string().contains("zero byte"), "{refused}");
+        assert!(world.snapshot().since(&before).is_empty());
+        name(&world, names[1]).expect("a sound change");
+        assert_eq!(world.snapshot().named(names[1]).count(), 1);
+    }
+    let other = World::new(Setup::new("planner", flat()).with_writer(9));
+    other.meet(&world).expect("the same schema");
+    assert_eq!(other.snapshot().named("hall").count(), 1);
+}
