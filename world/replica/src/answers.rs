@@ -80,15 +80,20 @@ impl Parts {
     /// Begins with an answer.
     pub(crate) fn begin(from: u64, deltas: &[Delta]) -> Self {
         let first = deltas.first().map(|delta| Delta {
+            sender: delta.sender,
+            seen: delta.seen.clone(),
+            since: delta.since.clone(),
+            upto: delta.upto.clone(),
+            forgotten: delta.forgotten.clone(),
             all_of: Some((0, 1)),
             records: Vec::new(),
-            ..delta.clone()
         });
+        let first = first.unwrap_or_default();
         Self {
             from,
-            first: first.unwrap_or_default(),
+            bytes: wire::size_of(&first),
+            first,
             ranges: BTreeMap::new(),
-            bytes: 0,
         }
     }
 

@@ -287,10 +287,11 @@ impl Core {
         let Some(asked) = asked else { return };
         let is_first = asked.chunks.is_empty();
         if count == 0 && is_first {
-            // Parts wait: the same replica has the others.
             answers.asked = None;
-            if let Some(peer) = self.protocol.peers.all.get_mut(&sender) {
-                peer.has_postponed(now);
+            let peer = self.protocol.peers.all.get_mut(&sender);
+            // Parts wait: the same replica has the others. If it stays busy, another one is asked for all.
+            if peer.is_none_or(|peer| peer.has_postponed(now)) {
+                answers.parts = None;
             }
             return self.protocol.ask_by(now);
         }

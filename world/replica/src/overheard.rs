@@ -53,6 +53,11 @@ impl Overheard {
             _ => return,
         };
         let (at, count) = (*at as usize, *count as usize);
+        if count == 0 {
+            // It is busy: a later question has another number.
+            self.wholes.remove(&(*sender, *to, *number));
+            return;
+        }
         let is_sound =
             at < count && count <= MOST_ANSWER / MOST_CHUNK + 1 && bytes.len() <= MOST_CHUNK;
         if !is_sound {
@@ -99,7 +104,7 @@ impl Overheard {
             return vec![parts.whole()];
         }
         let others: usize = self.parts.values().map(Parts::bytes).sum();
-        if others + parts.bytes() > MOST_PARTS {
+        if others + parts.bytes() > MOST_PARTS || self.parts.len() >= MOST_AT_ONCE {
             self.parts.clear();
         }
         self.parts.insert(between, parts);

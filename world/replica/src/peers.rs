@@ -90,13 +90,16 @@ impl Peer {
         self.ask_after = now.saturating_add(pause);
     }
 
-    /// Notes that it is busy with answers to others.
-    pub(crate) fn has_postponed(&mut self, now: Duration) {
+    /// Notes that it is busy with answers to others. Returns whether it counts as one that does not
+    /// answer.
+    pub(crate) fn has_postponed(&mut self, now: Duration) -> bool {
+        self.ask_after = now.saturating_add(BUSY_PAUSE);
         let since = *self.busy_since.get_or_insert(now);
-        if now.saturating_sub(since) >= MOST_BUSY {
+        let is_over = now.saturating_sub(since) >= MOST_BUSY;
+        if is_over {
             self.unanswered = self.unanswered.saturating_add(1);
         }
-        self.ask_after = now.saturating_add(BUSY_PAUSE);
+        is_over
     }
 
     /// Whether its answers may still bring what it announces.

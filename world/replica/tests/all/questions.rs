@@ -30,6 +30,18 @@ fn asked(message: &Message) -> Option<(u64, u64)> {
     Some((to, number))
 }
 
+/// A question for everything.
+fn question(sender: u64, to: u64, number: u64) -> Message {
+    let mut writer = Writer::default();
+    for of in [sender, to, number] {
+        writer.put(&of);
+    }
+    // What it has, ranges and chunks: nothing.
+    (0..3).for_each(|_| writer.put(&0_u32));
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Ask, &mut Reader::new(&bytes)).expect("a message")
+}
+
 /// The first part of the stranger's answer.
 fn chunk(to: u64, number: u64, count: u32, bytes: &[u8]) -> Message {
     let mut writer = Writer::default();
@@ -129,12 +141,9 @@ fn a_stranger_that_repeats_a_part_of_its_answer_keeps_nobody_from_asking_others(
     assert_eq!(world.snapshot().node_count(), 1);
 }
 
-/// It sends one part of a world, and then answers without the other ones.
+/// It sends one part of a world, and then answers without the other ones, or is busy.
 #[test]
 fn a_stranger_that_begins_with_parts_keeps_nobody_from_asking_others() {
-    let (world, other) = (world(7), world(200));
-    let schema = schema_of(&world);
-    add(&other, "room", "kitchen");
     let mut part = Writer::default();
     part.put(&1_u32);
     part.put(&STRANGER);
@@ -143,32 +152,40 @@ fn a_stranger_that_begins_with_parts_keeps_nobody_from_asking_others() {
         part.put(&number);
     }
     let part = part.into_bytes();
-    let mut questions = 0;
-    for step in 0..800 {
-        let now = Duration::from_millis(10) * step;
-        if step % 100 == 0 {
-            world.receive(now, digest(schema, STRANGER, 1));
-        }
-        world.turn(now);
-        while let Some(message) = world.take() {
-            if let Some((STRANGER, number)) = asked(&message) {
-                let bytes = if questions == 0 { &part[..] } else { &[0; 4] };
-                world.receive(now, chunk(7, number, 1, bytes));
-                questions += 1;
+    for (count, bytes, steps) in [(1, &[0; 4][..], 800), (0, &[], 13_000)] {
+        let (world, other) = (world(7), world(200));
+        let schema = schema_of(&world);
+        add(&other, "room", "kitchen");
+        let mut questions = 0;
+        for step in 0..steps {
+            let now = Duration::from_millis(10) * step;
+            if step % 100 == 0 {
+                world.receive(now, digest(schema, STRANGER, 1));
             }
-            other.receive(now, message);
-        }
-        other.turn(now);
-        while let Some(message) = other.take() {
-            // Its change is lost.
-            if message.topic() != Topic::Change {
-                world.receive(now, message);
+            world.turn(now);
+            while let Some(message) = world.take() {
+                if let Some((STRANGER, number)) = asked(&message) {
+                    let answer = match questions {
+                        0 => chunk(7, number, 1, &part),
+                        _ => chunk(7, number, count, bytes),
+                    };
+                    world.receive(now, answer);
+                    questions += 1;
+                }
+                other.receive(now, message);
+            }
+            other.turn(now);
+            while let Some(message) = other.take() {
+                // Its change is lost.
+                if message.topic() != Topic::Change {
+                    world.receive(now, message);
+                }
             }
         }
+        assert!(questions > 1, "{questions} questions");
+        assert_eq!(world.snapshot().node_count(), 1);
+        assert!(world.has_joined());
     }
-    assert!(questions > 1, "{questions} questions");
-    assert_eq!(world.snapshot().node_count(), 1);
-    assert!(world.has_joined());
 }
 
 #[test]
@@ -342,7 +359,14 @@ fn two_late_joiners_of_a_world_larger_than_an_answer_both_get_it() {
     network.run(3 * SECOND);
     let (listener, mut overheard) = (Arc::new(world(300)), Overheard::default());
     let listening = Arc::clone(&listener);
+    let mut number = 0;
     network.listener = Some(Box::new(move |now, message| {
+        // Another one is told to ask again and again.
+        for _ in 0..300 {
+            number += 1;
+            overheard.take(&listening, &question(7, STRANGER, number));
+            overheard.take(&listening, &chunk(7, number, 0, &[]));
+        }
         overheard.take(&listening, &message);
         listening.receive(now, message);
         listening.turn(now);
@@ -360,6 +384,8 @@ fn two_late_joiners_of_a_world_larger_than_an_answer_both_get_it() {
             let count = network.at(at).snapshot().node_count();
             assert!(count == DOORS || count == 0 && !network.at(at).has_joined());
         }
+        let count = listener.snapshot().node_count();
+        assert!(count == DOORS || count == 0, "{count} doors");
     }
     assert!(all_have_joined(&network), "after {:?}", network.now);
     assert_eq!(listener.snapshot().node_count(), DOORS);
