@@ -13,10 +13,18 @@ use std::time::Duration;
 /// The bytes of a value beside its name and its content, in a message.
 const EACH: usize = 64;
 
-/// A stream that needs most of a link, and the bits a second of all of them.
+/// The bits a second of a stream, and the time between two of its values.
+#[derive(Clone, Copy)]
+struct Stream<'a> {
+    write: &'a Write,
+    bits: f64,
+    each: Duration,
+}
+
+/// The bits a second of all streams, and the one that needs most of them.
 struct Load<'a> {
     bits: f64,
-    greatest: Option<(&'a Write, f64)>,
+    greatest: Option<Stream<'a>>,
 }
 
 /// Warns of links of hosts over which the streams of a world need more than they have. The rates are
@@ -65,22 +73,21 @@ fn overload(
         text(capacity)
     );
     let warning = Diagnostic::warning("link-overload", span, message);
-    let Some((write, bits)) = load.greatest else {
+    let Some(greatest) = load.greatest else {
         return warning;
     };
-    let least = write
-        .stream
-        .unwrap_or_default()
-        .max(Duration::from_millis(1));
-    let enough = least.mul_f64((load.bits / capacity).clamp(1.0, 1e6));
+    let enough = greatest
+        .each
+        .mul_f64((load.bits / capacity).clamp(1.0, 1e6));
     // Times are written in whole milliseconds.
     let enough = rc_vocabulary::duration::text_of(Duration::from_millis(
         u64::try_from(enough.as_millis())
             .unwrap_or(u64::MAX)
             .saturating_add(1),
     ));
+    let write = greatest.write;
     warning
-        .label(write.span(), format!("{} of it", text(bits)))
+        .label(write.span(), format!("{} of it", text(greatest.bits)))
         .help(format!(
             "send them less often, such as `{} stream {enough}`",
             write.path()
@@ -95,20 +102,25 @@ fn load<'a>(from: &[&Member<'a>], schema: &Schema, start: Option<&Document>) -> 
     for member in from {
         let writes = member.clause.access.as_ref();
         for write in writes.into_iter().flat_map(|access| &access.writes) {
-            let Some(bits) = bits(write, member.period, schema, start) else {
+            let Some(stream) = stream(write, member.period, schema, start) else {
                 continue;
             };
-            load.bits += bits;
-            if load.greatest.is_none_or(|(_, greatest)| greatest < bits) {
-                load.greatest = Some((write, bits));
+            load.bits += stream.bits;
+            if load.greatest.is_none_or(|most| most.bits < stream.bits) {
+                load.greatest = Some(stream);
             }
         }
     }
     load
 }
 
-/// The bits a second of a stream. One without a least time has a value in each period.
-fn bits(write: &Write, period: Duration, schema: &Schema, start: Option<&Document>) -> Option<f64> {
+/// What a stream needs. One without a least time has a value in each period.
+fn stream<'a>(
+    write: &'a Write,
+    period: Duration,
+    schema: &Schema,
+    start: Option<&Document>,
+) -> Option<Stream<'a>> {
     let (least, name) = (write.stream?, write.attribute.as_ref()?);
     let kind = &write.kind.text;
     let attribute = schema.attributes(kind)?;
@@ -123,7 +135,8 @@ fn bits(write: &Write, period: Duration, schema: &Schema, start: Option<&Documen
         nodes + start.edges.iter().filter(|edge| is_one(&edge.kind)).count()
     });
     let bytes = EACH + name.text.len() + least_bytes(attribute);
-    Some((count.max(1) * bytes * 8) as f64 / each.as_secs_f64())
+    let bits = (count.max(1) * bytes * 8) as f64 / each.as_secs_f64();
+    Some(Stream { write, bits, each })
 }
 
 /// How many bytes a value has at least.
@@ -133,5 +146,56 @@ fn least_bytes(attribute: &Attribute) -> usize {
         Kind::Ints(count) | Kind::Floats(count) => count.unwrap_or(0) * 8,
         Kind::Block(block) if !block.is_sequence => block.numbers.len() * 8,
         Kind::Block(_) | Kind::Text | Kind::Bytes | Kind::Enum(_) | Kind::Texts => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::{Overrides, load};
+    use rc_codegen::FileLoader;
+    use rc_diagnostics::{Format, SourceMap, render};
+
+    /// The findings in a network whose tracker writes a stream with this clause over a link of 300 kbit/s.
+    fn found(stream: &str) -> String {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).expect("a file");
+        };
+        let entity = "entity person { name string key; skeleton float[96] optional; };";
+        write("home.gdsl", &format!("Domain home {{ {entity} }};"));
+        let component = |name: &str, access: &str| {
+            let world = format!("world \"home.gdsl\" as g {{ {access} }};");
+            let text = format!(
+                "Component {name} {{ Communications {{}}; language rust; period 10ms; {world} }};"
+            );
+            write(&format!("{name}.cdsl"), &text);
+        };
+        component(
+            "tracker",
+            &format!("writes person, person.skeleton {stream};"),
+        );
+        component("planner", "reads person;");
+        let network = "Deployment n { World g { schema \"home.gdsl\"; }; \
+            Host head { address \"10.0.0.3\"; link \"300 kbit/s\"; }; \
+            Component tracker { cdsl \"tracker.cdsl\"; host head; }; \
+            Component planner { cdsl \"planner.cdsl\"; }; };";
+        write("n.ddsl", network);
+        let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+        let path = folder.path().join("n.ddsl");
+        let loaded = load(&path, &Overrides::default(), &mut sources, &loader);
+        let (_, found) = loaded.expect("a file");
+        render(&sources, &found, Format::Human)
+    }
+
+    /// Without a least time, the stream has a value in each period.
+    #[test]
+    fn the_proposed_time_of_a_stream_is_enough() {
+        for stream in ["stream", "stream 10ms"] {
+            let text = found(stream);
+            assert!(text.contains("up to 672 kbit/s"), "{text}");
+            assert!(text.contains("`person.skeleton stream 23ms`"), "{text}");
+        }
+        let text = found("stream 23ms");
+        assert!(!text.contains("link-overload"), "{text}");
     }
 }
