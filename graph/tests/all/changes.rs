@@ -1,7 +1,8 @@
 //! Changes are whole, checked and found again.
 
 use property_graph::schema::{Attribute, Comparison, Entity, Kind, Port, Relation, Rule, Tree};
-use property_graph::{Change, Error, Graph, Id, Schema, Time, Value};
+use property_graph::{Change, Element, Error, Graph, Id, Schema, Snapshot, Time, Value};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 fn attribute(name: &str, kind: Kind) -> Attribute {
@@ -298,6 +299,99 @@ fn keys_names_and_types_find_nodes_again() {
     assert_eq!(then.named("blue").next(), None);
     // The earlier version is as it was.
     assert_eq!(now.named("blue").next(), Some(node));
+}
+
+/// The elements of a version with their ids and attributes.
+fn content(of: &Snapshot) -> BTreeMap<Element, (Id, BTreeMap<String, Value>)> {
+    let own = |(name, value): (&str, &Value)| (name.to_owned(), value.clone());
+    let nodes = of.nodes().map(|node| {
+        let attributes = node.attributes().map(own).collect();
+        (node.node_id().into(), (node.id(), attributes))
+    });
+    let edges = of.edges().map(|edge| {
+        let attributes = edge.attributes().map(own).collect();
+        (edge.edge_id().into(), (edge.id(), attributes))
+    });
+    nodes.chain(edges).collect()
+}
+
+/// The differences of two versions of which every element is compared.
+fn compared(now: &Snapshot, before: &Snapshot) -> Vec<Change> {
+    let (new, old) = (content(now), content(before));
+    let removed = old.iter().filter(|(element, _)| !new.contains_key(element));
+    let removed = removed.map(|(element, (id, _))| match *element {
+        Element::Node(node) => Change::NodeRemoved(node, *id),
+        Element::Edge(edge) => Change::EdgeRemoved(edge, *id),
+    });
+    let mut changes: Vec<Change> = removed.collect();
+    for (element, (_, attributes)) in &new {
+        let Some((_, earlier)) = old.get(element) else {
+            changes.push(match *element {
+                Element::Node(node) => Change::NodeAdded(node),
+                Element::Edge(edge) => Change::EdgeAdded(edge),
+            });
+            continue;
+        };
+        let mut names: Vec<&String> = attributes.keys().chain(earlier.keys()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.retain(|name| attributes.get(*name) != earlier.get(*name));
+        let symbols = names.into_iter().filter_map(|name| now.symbol(name));
+        changes.extend(symbols.map(|symbol| Change::Attribute(*element, symbol)));
+    }
+    changes
+}
+
+#[test]
+fn differences_of_random_versions_are_those_of_all_elements() {
+    let graph = Graph::new(Schema::anything().into(), 1);
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut versions = vec![graph.snapshot()];
+    for step in 0..1500_i64 {
+        let changed = graph.change(Time::ZERO, |edit| {
+            let now = edit.snapshot();
+            let nodes: Vec<_> = now.nodes().map(|node| node.node_id()).collect();
+            let edges: Vec<_> = now.edges().map(|edge| edge.edge_id()).collect();
+            let node = random.choice(&nodes).copied();
+            match (random.u8(0..8), node, random.choice(&edges).copied()) {
+                (0, Some(node), _) => edit.remove_node(node),
+                (1, _, Some(edge)) => edit.remove_edge(edge),
+                (2, Some(node), _) => edit.set(node, "mass", step % 3),
+                (3, Some(node), _) => edit.unset(node, "mass"),
+                (4, _, Some(edge)) => edit.set(edge, "mass", step % 3),
+                // An edge starts at another edge, which a node represents then.
+                (5, Some(node), Some(edge)) => {
+                    let from = edit.node_of(edge)?;
+                    edit.add_edge("about", from, node).map(|_| ())
+                }
+                (6, Some(node), _) => {
+                    let to = random.choice(&nodes).copied().unwrap_or(node);
+                    edit.add_edge("near", node, to).map(|_| ())
+                }
+                _ => edit.add_node("object").map(|_| ()),
+            }
+        });
+        changed.expect("a sound change");
+        let now = graph.snapshot();
+        let before = &versions[random.usize(versions.len().saturating_sub(20)..versions.len())];
+        for (new, old) in [(&now, before), (before, &now)] {
+            let sorted = |mut changes: Vec<Change>| {
+                changes.sort_by_key(|change| format!("{change:?}"));
+                changes
+            };
+            assert_eq!(
+                sorted(new.since(old)),
+                sorted(compared(new, old)),
+                "step {step}"
+            );
+        }
+        versions.push(now);
+    }
+    assert!(
+        versions
+            .iter()
+            .any(|version| version.promoted().next().is_some())
+    );
 }
 
 #[test]
