@@ -4,6 +4,8 @@ use rc_middleware::{Reader, Writer};
 use rc_world::property_graph::{Schema, Value};
 use rc_world::{Message, Rights, Setup, Topic, World};
 use rc_world_member::{Driver, Interface, place};
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -104,14 +106,15 @@ impl Done {
     }
 }
 
-/// The nanoseconds of the processors that all threads of this process have taken.
-fn processor_time() -> u64 {
+/// The nanoseconds of the processors that each thread of this process has taken.
+fn processor_times() -> BTreeMap<OsString, u64> {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
     let times = tasks.flatten().filter_map(|task| {
         let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<u64>().ok()
+        let time = text.split_whitespace().next()?.parse().ok()?;
+        Some((task.file_name(), time))
     });
-    times.sum()
+    times.collect()
 }
 
 fn memory_kb() -> u64 {
@@ -146,7 +149,7 @@ struct Member {
     began: Instant,
     due: u64,
     last: i64,
-    /// When it asked, of one that is late.
+    /// When it first asked, of one that is late.
     asked: Option<i64>,
     /// The bytes of a sample, and where its time is.
     sample: (Vec<u8>, usize),
@@ -290,7 +293,8 @@ impl Member {
         let asked = &mut self.asked;
         self.world.turn(now, &mut |message| {
             if message.topic() == Topic::Ask {
-                *asked = Some(nanos());
+                // A repeated question is part of the time.
+                asked.get_or_insert_with(nanos);
             }
             send(state, stream, message)
         });
@@ -407,9 +411,13 @@ pub(crate) fn run(role: &str) -> Result<(), String> {
     }
     let measuring = std::thread::spawn(move || {
         std::thread::sleep(WARM);
-        let before = processor_time();
+        let before = processor_times();
         std::thread::sleep(measured);
-        let taken = (processor_time() - before) as f64 / 1e6 / measured.as_secs_f64();
+        // The time of a thread that has ended since is not known.
+        let taken = processor_times().into_iter().map(|(thread, time)| {
+            time.saturating_sub(before.get(&thread).copied().unwrap_or_default())
+        });
+        let taken = taken.sum::<u64>() as f64 / 1e6 / measured.as_secs_f64();
         let memory = memory_kb();
         // The others have measured, too.
         std::thread::sleep(Duration::from_millis(500));
