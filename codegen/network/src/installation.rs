@@ -17,7 +17,7 @@ use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_vocabulary::Builder;
 use rustix::fs::{CWD, RenameFlags, renameat_with};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,9 @@ const MOST_FILES: usize = 10_000;
 
 /// The folder of compiled modules, which Python writes next to the modules that it reads.
 const COMPILED: &str = "__pycache__";
+
+/// The list of the files in the folder of an installed component.
+const LIST: &str = "installed.txt";
 
 /// A component that can be installed.
 #[derive(Debug)]
@@ -43,6 +46,8 @@ enum Content {
     Copy(PathBuf),
     /// A script.
     Script(String),
+    /// The list of files.
+    List(String),
 }
 
 impl Installation {
@@ -75,7 +80,13 @@ impl Installation {
         let Some(named) = files_of_configuration(&project, sources, loader, found)? else {
             return Ok(None);
         };
-        let name = path.file_stem().unwrap_or_default();
+        let name = &project.component.name.text;
+        if path.file_stem() != Some(name.as_ref()) {
+            return Err(Error::Workspace(format!(
+                "the file of the component `{name}` is {}; networks find an installed component by its name, so name the file `{name}.cdsl`",
+                path.display()
+            )));
+        }
         let own = absolute(project.folder()).map_err(cannot("find the component"))?;
         let mut installation = Self {
             folder: Path::new(COMPONENTS).join(name),
@@ -101,6 +112,7 @@ impl Installation {
         let code = absolute(project.code()).map_err(cannot("find the component"))?;
         installation.add_folder(&code, Path::new("etc"))?;
         installation.add_program(&project, &code, profile)?;
+        installation.add_list();
         Ok(Some(installation))
     }
 
@@ -212,6 +224,17 @@ impl Installation {
         Ok(())
     }
 
+    /// Adds the list of the component's own files, which the next version replaces.
+    fn add_list(&mut self) {
+        let inside = |place: &PathBuf| {
+            let inside = place.strip_prefix(&self.folder).ok()?;
+            Some(format!("{}\n", inside.display()))
+        };
+        let text = self.files.keys().filter_map(inside).collect();
+        let place = self.folder.join(LIST);
+        self.files.insert(place, Content::List(text));
+    }
+
     /// The folder of the component below the prefix.
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -248,7 +271,8 @@ impl Installation {
     }
 
     /// Writes the files. The folder of an installed version is exchanged as a whole: a running
-    /// program keeps the files that it has opened.
+    /// program keeps the files that it has opened. Files in it that the installed version does not
+    /// list stay, because other components name them.
     ///
     /// # Errors
     /// The system refuses a file; then the installed version stays.
@@ -258,6 +282,7 @@ impl Installation {
         let name = place.file_name().unwrap_or_default().to_string_lossy();
         let new = parent.join(format!(".{name}.new-{}", std::process::id()));
         let written = self.write_to(prefix, &new).and_then(|()| {
+            keep_others(&place, &new)?;
             match renameat_with(CWD, &new, CWD, &place, RenameFlags::EXCHANGE) {
                 Ok(()) => std::fs::remove_dir_all(&new),
                 Err(rustix::io::Errno::NOENT) => std::fs::rename(&new, &place),
@@ -281,12 +306,46 @@ impl Installation {
             if !place.starts_with(&self.folder) {
                 let place = prefix.join(place);
                 let next = place.with_extension(format!("new-{}", std::process::id()));
-                put(content, &next)?;
-                std::fs::rename(&next, &place)?;
+                let put = put(content, &next).and_then(|()| std::fs::rename(&next, &place));
+                if put.is_err() {
+                    let _ = std::fs::remove_file(&next);
+                }
+                put?;
             }
         }
         Ok(())
     }
+}
+
+/// Links the files of an installed component that are not its own into its new folder.
+fn keep_others(old: &Path, new: &Path) -> io::Result<()> {
+    // A link leads to a folder that stays.
+    if !old.symlink_metadata().is_ok_and(|old| old.is_dir()) {
+        return Ok(());
+    }
+    let list = match std::fs::read_to_string(old.join(LIST)) {
+        Ok(list) => list,
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        Err(error) => return Err(error),
+    };
+    let own: HashSet<&Path> = list.lines().map(Path::new).collect();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        for entry in old.join(&folder).read_dir()? {
+            let entry = entry?;
+            let inside = folder.join(entry.file_name());
+            let place = new.join(&inside);
+            if entry.file_type()?.is_dir() {
+                if entry.file_name() != COMPILED {
+                    folders.push(inside);
+                }
+            } else if !own.contains(&*inside) && place.symlink_metadata().is_err() {
+                std::fs::create_dir_all(place.parent().unwrap_or(new))?;
+                std::fs::hard_link(entry.path(), place)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Writes one file, with the permissions of its source.
@@ -296,6 +355,7 @@ fn put(content: &Content, place: &Path) -> io::Result<()> {
     }
     match content {
         Content::Copy(from) => std::fs::copy(from, place).map(drop),
+        Content::List(text) => std::fs::write(place, text),
         Content::Script(text) => {
             std::fs::write(place, text)?;
             std::fs::set_permissions(place, std::fs::Permissions::from_mode(0o755))

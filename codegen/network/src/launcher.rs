@@ -318,10 +318,11 @@ fn text(
     script(package, &root, folder, paths, native, oldest, note)
 }
 
-/// The script, with the lines that set `root`, the folder in front of all paths. Its interpreter is that of `.venv` in the component's folder, of the active virtual
-/// environment, or `python3`. A foreign PYTHONPATH comes after the packages of an environment,
-/// which were chosen for the component. An interpreter that does not start or cannot import the
-/// framework is a failed start, in one line.
+/// The script, with the lines that set `root`, the folder in front of all paths. Its interpreter is
+/// that of `.venv` in the component's folder, of the active virtual environment, or `python3`. A
+/// foreign PYTHONPATH comes after the packages of an environment, which were chosen for the
+/// component. An interpreter that does not start or cannot import the framework is a failed start,
+/// in one line.
 fn script(
     package: &str,
     root: &str,

@@ -440,7 +440,9 @@ impl Programs {
             );
         }
         let _ = write!(command, " {}", self.path.display());
-        if let Some(program) = &self.installed[at] {
+        if let Some(program) = &self.installed[at]
+            && instance.executable.is_none()
+        {
             return format!(
                 "{} is installed: install it anew, built from these files for {} (its package, or `rcgen install`), or put the component into a workspace, where `{command}` builds it",
                 program.display(),

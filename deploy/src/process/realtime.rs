@@ -33,7 +33,7 @@ pub(crate) fn spawn(
 /// Advice about a program that the system does not run.
 fn remedy(program: &dyn Display, error: &io::Error) -> String {
     match error.raw_os_error().map(Errno::from_raw_os_error) {
-        Some(Errno::NOENT) => "; build it, as `rcdeploy up --build` does".to_owned(),
+        Some(Errno::NOENT) => "; `rcdeploy up --build` builds the program of a workspace; install an installed one again, by its package or `rcgen install`".to_owned(),
         Some(Errno::ACCESS) => {
             format!("; `chmod +x {program}` lets it run, unless its disk is mounted with `noexec`")
         }

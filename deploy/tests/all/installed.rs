@@ -143,11 +143,35 @@ fn what_cannot_be_installed_says_why() {
         stale.stderr.contains("error[stale-executable]"),
         "{stale:?}"
     );
+    // The next version replaces the files of this one, and no others.
+    let avoider = site.path("rc/components/avoider");
+    let listed = avoider.join("installed.txt");
+    let list = fs::read_to_string(&listed).expect("a list");
+    assert!(list.contains("avoider.cdsl\n") && list.contains("bin/avoider\n"));
+    fs::write(&listed, format!("{list}old.pdsl\n")).expect("a list");
+    for file in ["old.pdsl", "maps/of_another.map"] {
+        let file = avoider.join(file);
+        fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+        fs::write(file, "").expect("a file");
+    }
     assert_eq!(install(&site, "avoider", &["--replace"]).code, 0);
+    assert!(!avoider.join("old.pdsl").exists());
+    assert!(avoider.join("maps/of_another.map").exists());
+    assert_eq!(fs::read_to_string(&listed).expect("a list"), list);
     let replaced = run(&site, "rcdeploy", &check);
     assert!(
         !replaced.stderr.contains("stale-executable"),
         "{replaced:?}"
+    );
+
+    let other = site.path("other.cdsl");
+    let text = "Component another { Communications {}; language rust; };\n";
+    fs::write(&other, text).expect("a component");
+    let renamed = run(&site, "rcgen", &["install", &other.display().to_string()]);
+    assert_eq!(renamed.code, 1, "{renamed:?}");
+    assert!(
+        renamed.stderr.contains("name the file `another.cdsl`"),
+        "{renamed:?}"
     );
 
     let nowhere = install(&site, "avoider", &["--prefix", "/proc/nowhere"]);

@@ -23,7 +23,7 @@ Writes packages into a folder: .deb files, a wheel of Python, SHA256SUMS and a b
 
 usage: cargo xtask dist [OPTIONS]
 
-  --out DIR            the folder (target/dist), whose packages are replaced
+  --out DIR            the folder (target/dist), whose packages of RoboComp are replaced
   --profile NAME       release, or dev: for tests, without the care for equal bytes on all machines
   --built              takes the programs that are built, and runs no cargo
   --only NAME          one package of Debian, or `wheel`; may be given several times
@@ -102,6 +102,12 @@ fn write(arguments: &Arguments) -> Result<(), String> {
         Some(out) => std::path::absolute(out).map_err(|error| error.to_string())?,
         None => build.root.join("target/dist"),
     };
+    if arguments.soak {
+        if !arguments.only.is_empty() {
+            return Err("--soak tests all packages: leave --only out".to_owned());
+        }
+        soak::check()?;
+    }
     let names = packages::selected(&build, &arguments.only)?;
     if !arguments.built {
         build.run(&names)?;
@@ -145,15 +151,16 @@ fn write(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
-/// The endings of what is written into the folder.
+/// The endings of packages.
 const ENDINGS: [&str; 3] = [".deb", ".whl", ".cdx.json"];
 
-/// Removes what an earlier run wrote.
+/// Removes what an earlier run wrote. The folder may have packages of others.
 fn remove_old(out: &Path) -> Result<(), String> {
     for entry in out.read_dir().map_err(named(out))? {
         let path = entry.map_err(named(out))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_file() && ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+        let is_package = ENDINGS.iter().any(|ending| name.ends_with(ending));
+        if is_package && packages::is_ours(&name) && path.is_file() {
             std::fs::remove_file(&path).map_err(named(&path))?;
         }
     }

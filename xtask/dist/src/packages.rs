@@ -144,6 +144,14 @@ pub(crate) fn selected(build: &Build, only: &[String]) -> Result<Selection, Stri
     })
 }
 
+/// Whether a file has the name of a package, of this version or another one.
+pub(crate) fn is_ours(file: &str) -> bool {
+    let name = file.split('_').next().unwrap_or_default();
+    name.starts_with("robocomp-")
+        || name == "python3-robocomp"
+        || TOOLS.iter().any(|(tool, ..)| name == *tool)
+}
+
 /// The components of this project that can be installed: those in Rust and Python.
 fn components(build: &Build) -> Result<Vec<Component>, String> {
     let folder = build.root.join("components");

@@ -43,6 +43,30 @@ cd / && rm -r /robot /root/.local
 dpkg --purge $(dpkg-query --show --showformat '${Package}\n' 'robocomp-*' python3-robocomp 'rc*' | grep -v '^rcs$') > /dev/null
 ";
 
+/// The programs that the test runs, with their packages.
+const PROGRAMS: [(&str, &str); 4] = [
+    ("lintian", "lintian"),
+    ("mmdebstrap", "mmdebstrap"),
+    ("unshare", "util-linux"),
+    ("ip", "iproute2"),
+];
+
+/// Reports programs that the test lacks, before anything is built.
+pub(crate) fn check() -> Result<(), String> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let is_there =
+        |program: &str| std::env::split_paths(&path).any(|folder| folder.join(program).is_file());
+    let missing = PROGRAMS.iter().filter(|(program, _)| !is_there(program));
+    let missing: Vec<&str> = missing.map(|(_, package)| *package).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let missing = missing.join(" ");
+    Err(format!(
+        "--soak needs programs that are not in the PATH: `apt install {missing}`"
+    ))
+}
+
 /// Tests the packages in `out`.
 pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     let debs: Vec<PathBuf> = tree::files(out)?

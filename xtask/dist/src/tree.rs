@@ -86,14 +86,13 @@ pub(crate) struct Needs {
 impl Needs {
     /// Adds the needs of a file of ELF.
     pub(crate) fn add(&mut self, path: &Path) -> Result<(), String> {
-        let bytes = std::fs::read(path).map_err(named(path))?;
-        self.glibc = self.glibc.max(glibc(&bytes));
         let text = output(
             Command::new("readelf")
-                .args(["-dW"])
+                .args(["-dVW"])
                 .arg(path)
                 .env("LC_ALL", "C"),
         )?;
+        self.glibc = self.glibc.max(glibc(&text));
         let needed = text.lines().filter(|line| line.contains("(NEEDED)"));
         let names = needed.filter_map(|line| line.split(['[', ']']).nth(1));
         let own = [
@@ -110,15 +109,12 @@ impl Needs {
     }
 }
 
-/// The newest version of glibc that a program names.
-fn glibc(bytes: &[u8]) -> u32 {
-    const WORD: &[u8] = b"GLIBC_2.";
-    let places = bytes.windows(WORD.len()).enumerate();
-    let places = places.filter(|(_, word)| *word == WORD);
-    let numbers = places.filter_map(|(at, _)| {
-        let rest = &bytes[at + WORD.len()..];
-        let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
-        std::str::from_utf8(&rest[..digits]).ok()?.parse().ok()
+/// The newest version of glibc that a program needs, by what `readelf` says of its symbols.
+fn glibc(text: &str) -> u32 {
+    let names = text.split("GLIBC_2.").skip(1);
+    let minors = names.filter_map(|name| {
+        let end = name.find(|c: char| !c.is_ascii_digit());
+        name[..end.unwrap_or(name.len())].parse().ok()
     });
-    numbers.filter(|minor| *minor < 1000).max().unwrap_or(0)
+    minors.max().unwrap_or(0)
 }

@@ -53,7 +53,7 @@ fn pack(out: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 
 #[test]
 fn packages_are_equal_each_time_and_run_where_they_are_unpacked() {
-    for tool in ["dpkg-deb", "strip", "readelf"] {
+    for tool in ["dpkg-deb", "strip", "readelf", "gzip"] {
         if Command::new(tool).arg("--version").output().is_err() {
             return skipped(
                 "packages_are_equal_each_time_and_run_where_they_are_unpacked",
@@ -63,7 +63,16 @@ fn packages_are_equal_each_time_and_run_where_they_are_unpacked() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let first = pack(&folder.path().join("first"));
-    let second = pack(&folder.path().join("second"));
+    // Packages of others stay in the folder, those of an earlier version do not.
+    let out = folder.path().join("second");
+    fs::create_dir(&out).expect("a folder");
+    let foreign = out.join("tree_2.1.deb");
+    fs::write(&foreign, "").expect("a file");
+    fs::write(out.join("robocomp-data_0.0.1_all.deb"), "").expect("a file");
+    let mut second = pack(&out);
+    second.retain(|(path, _)| *path != foreign);
+    assert!(foreign.exists());
+    assert_eq!(second.len(), first.len());
     assert_eq!(first.len(), PACKAGES.len() + 1);
     for ((one, a), (_, b)) in first.iter().zip(&second) {
         assert!(a == b, "{} differs", one.display());
