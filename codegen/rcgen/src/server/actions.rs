@@ -2,6 +2,8 @@
 
 use super::editor::{Document, Editor};
 use super::findings::{Findings, Place, together};
+use super::hints;
+use super::known_files::KnownFiles;
 use crate::format::laid_out;
 use rc_diagnostics::SourceMap;
 use serde_json::{Value, json};
@@ -23,14 +25,15 @@ pub(super) fn format(editor: &Editor, uri: &str) -> Value {
     }
 }
 
-/// The fixes of the findings in a range, and one for all that are certain.
+/// The fixes of the findings in a range, one for all that are certain, and the stubs of missing handlers.
 pub(super) fn actions(
+    (files, editor): (&KnownFiles, &Editor),
     findings: &Findings,
-    uri: &str,
     path: &Path,
     range: &Value,
     context: &Value,
 ) -> Value {
+    let uri = &*editor.address(path);
     let kinds = context["only"].as_array();
     let wanted = |kind: &str| {
         let holds = |only: &str| {
@@ -73,6 +76,9 @@ pub(super) fn actions(
                 "command": command,
             }));
         }
+    }
+    if wanted("quickfix") && path.extension().is_some_and(|ending| ending == "cdsl") {
+        actions.extend(hints::stubs_action(files, editor, path, range));
     }
     if wanted("source.fixAll") && !certain.is_empty() {
         actions.push(json!({

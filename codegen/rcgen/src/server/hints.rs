@@ -1,6 +1,7 @@
 //! Hints after names, and lenses above declarations.
 
 use super::editor::Editor;
+use super::findings::Place;
 use super::known_files::KnownFiles;
 use super::names::{Kind, Names};
 use super::networks::{Networks, Wired};
@@ -10,6 +11,9 @@ use rc_vocabulary::Language;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
+
+/// The command that prints the handlers which a worker lacks.
+const MISSING: &str = "rcgen.missing";
 
 /// The most hints of an answer.
 const MOST: usize = 5_000;
@@ -108,9 +112,35 @@ pub(super) fn lenses(files: &KnownFiles, editor: &Editor, path: &Path) -> Value 
     let missing = missing(files, path);
     if missing > 0 {
         let title = counted(missing, "handler missing", "handlers missing");
-        lenses.push(lens(&title, "rcgen.missing", json!([uri])));
+        lenses.push(lens(&title, MISSING, json!([uri])));
     }
     json!(lenses)
+}
+
+/// The quick fix on the name of a component whose worker lacks handlers: it prints their stubs.
+pub(super) fn stubs_action(
+    files: &KnownFiles,
+    editor: &Editor,
+    path: &Path,
+    range: &Value,
+) -> Option<Value> {
+    let names = files.get(path)?;
+    let mut places = names.places.iter().filter(|place| place.declares);
+    let named = places.find(|place| {
+        let mut symbols = place.symbols.iter();
+        symbols.any(|symbol| symbol.kind == Kind::Component && symbol.file == path)
+    })?;
+    if !Place::meet(&editor.range(&names.text, named.start, named.end), range) {
+        return None;
+    }
+    let missing = missing(files, path);
+    let title = counted(missing, "missing handler", "missing handlers");
+    let title = format!("Print the stubs of {title}");
+    let arguments = json!([editor.address(path)]);
+    (missing > 0).then(|| {
+        let command = json!({ "title": title, "command": MISSING, "arguments": arguments });
+        json!({ "title": title, "kind": "quickfix", "command": command })
+    })
 }
 
 /// For each interface, the slots that use it.

@@ -144,7 +144,8 @@ impl Server {
         Ok(Ok(match name {
             "formatting" => actions::format(editor, uri),
             "codeAction" => {
-                actions::actions(&self.findings, uri, path, range, &parameters["context"])
+                let context = &parameters["context"];
+                actions::actions((files, editor), &self.findings, path, range, context)
             }
             "completion" => Completion { files, editor }.at(path, position),
             "definition" => self.definition(path, position),

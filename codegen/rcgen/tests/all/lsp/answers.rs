@@ -240,6 +240,27 @@ fn what_a_text_does_not_say_stands_beside_it() {
         titles,
         ["Generate", "2 networks use this", "1 handler missing"]
     );
+    let name = &lenses[0]["range"];
+    let mut asked = |range: &Value| {
+        let parameters = json!({
+            "textDocument": { "uri": session.editor.uri("hand.cdsl") },
+            "range": range,
+            "context": { "diagnostics": [], "only": ["quickfix"] },
+        });
+        let actions = session.editor.ask("textDocument/codeAction", &parameters);
+        let actions = actions.as_array().expect("actions").iter();
+        let commands = actions.map(|action| action["command"].clone());
+        commands.collect::<Vec<_>>()
+    };
+    let elsewhere = json!({ "line": 0, "character": 0 });
+    assert!(asked(&json!({ "start": elsewhere, "end": elsewhere })).is_empty());
+    let commands = asked(name);
+    let stubs = json!({
+        "title": "Print the stubs of 1 missing handler",
+        "command": "rcgen.missing",
+        "arguments": [session.editor.uri("hand.cdsl")],
+    });
+    assert_eq!(commands, [stubs]);
     session.editor.end();
     expect_file!["answers/hints.txt"].assert_eq(&session.log);
 }
