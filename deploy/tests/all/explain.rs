@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 26] = [
+const NO_CODES: [&str; 30] = [
     "a-b",
     "build-dependencies",
     "daemon-reload",
@@ -18,12 +18,15 @@ const NO_CODES: [&str; 26] = [
     "default-members",
     "default-run",
     "dev-dependencies",
+    "geom-jacobian",
     "include-system-site-packages",
     "innermodel-viewer",
+    "joint-vel-twist",
     "marks-test",
     "my-robot",
     "on-failure",
     "optional-dependencies",
+    "pose-compose",
     "rc-dds",
     "rc-iceoryx2",
     "rc-local",
@@ -37,6 +40,7 @@ const NO_CODES: [&str; 26] = [
     "robocomp-host",
     "robocomp-network",
     "sweep-test",
+    "vel-compose",
 ];
 
 fn root() -> PathBuf {

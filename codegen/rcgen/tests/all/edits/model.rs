@@ -139,7 +139,7 @@ impl Model {
             }
             _ => {
                 let clauses = [
-                    "gui Qt(QDialog);",
+                    "gui egui;",
                     "options agmagent;",
                     "statemachine \"a.smdsl\";",
                     "dependencies { };",
