@@ -124,7 +124,29 @@ pub struct Middleware {
 }
 
 /// `Host NAME { … };`
-pub type Host = FieldBlock<Name>;
+pub type Host = FieldBlock<HostField>;
+
+/// One field of a host.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HostField {
+    /// `address`, `user` and `workspace`.
+    Text(Name),
+    /// `arch arm64;`
+    Arch(Name),
+    /// `build there jobs 2 nice 10;`
+    Build(HostBuild),
+}
+
+/// Where the programs of a host are built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HostBuild {
+    /// `here` or `there`.
+    pub place: Name,
+    /// The number of jobs of cargo.
+    pub jobs: Option<Literal>,
+    /// The niceness of cargo.
+    pub nice: Option<Literal>,
+}
 
 /// `Component NAME { … };`
 pub type Component = FieldBlock<Field>;

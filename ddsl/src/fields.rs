@@ -239,7 +239,7 @@ pub(crate) fn priority(literal: &Literal, found: &mut Diagnostics) -> Option<u8>
 }
 
 /// The integer value of a literal. Reports an error if it is not in `allowed`.
-fn whole_number(
+pub(crate) fn whole_number(
     literal: &Literal,
     what: &str,
     allowed: &RangeInclusive<i64>,

@@ -2,6 +2,7 @@
 //! groups and files are in one list of instances.
 
 pub use crate::ast::{Convert, Parameter, ParameterValue};
+pub use crate::processor::Processor;
 use rc_cdsl::model::Middleware;
 use rc_diagnostics::{SourceId, Span};
 use rc_syntax::Name;
@@ -75,6 +76,30 @@ pub struct Host {
     pub workspace: Option<Name>,
     /// The capacity of its link to other hosts: as written, and in bits a second in each direction.
     pub link: Option<(Name, f64)>,
+    /// The processor, as the file says. `None`: as the host says of itself.
+    pub arch: Option<(Processor, Span)>,
+    /// Where its programs are built.
+    pub build: HostBuild,
+}
+
+/// Where the programs of a host are built, and with what part of its processors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HostBuild {
+    /// `build here;` or `build there;`. `None`: here if this machine can, otherwise there.
+    pub place: Option<BuildPlace>,
+    /// The number of jobs of cargo. `None`: as many as the host has processors.
+    pub jobs: Option<u16>,
+    /// The niceness of cargo, 0 to 19.
+    pub nice: u8,
+}
+
+/// The machine that builds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildPlace {
+    /// This machine.
+    Here,
+    /// The host itself.
+    There,
 }
 
 /// One component of a network.

@@ -5,8 +5,8 @@ mod chain;
 mod world;
 
 use crate::ast::{
-    Component, Decl, Deployment, Field, FieldBlock, File, Group, Host, Middleware, Parameter,
-    ParameterValue, Process, Restart, SlotPath, Slots,
+    Component, Decl, Deployment, Field, FieldBlock, File, Group, Host, HostBuild, HostField,
+    Middleware, Parameter, ParameterValue, Process, Restart, SlotPath, Slots,
 };
 use crate::settings;
 use bind::{bind, external};
@@ -79,11 +79,13 @@ const PROCESS: [(&str, Rule); 5] = [
 ];
 const NETWORK_RECORD: [(&str, Rule); 1] = [("ring", Rule::ring)];
 const RECORD: [(&str, Rule); 1] = [("exact", Rule::record_field)];
-const HOST: [(&str, Rule); 4] = [
-    ("address", Rule::host_field),
-    ("user", Rule::host_field),
-    ("workspace", Rule::host_field),
-    ("link", Rule::host_field),
+const HOST: [(&str, Rule); 6] = [
+    ("address", Rule::host_text),
+    ("user", Rule::host_text),
+    ("workspace", Rule::host_text),
+    ("link", Rule::host_text),
+    ("arch", Rule::host_arch),
+    ("build", Rule::host_build),
 ];
 
 /// Parses one `.ddsl` text.
@@ -200,10 +202,32 @@ fn field_block<F>(
 
 fn host(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Host {
     let fields = (Rule::host_field, &HOST[..], "a field of a host");
-    field_block(r, pair, fields, |r, part| {
-        let word = r.first_word(&part);
-        let text = r.texts(part).into_iter().next();
-        text.map(|text| (word, text)).into_iter().collect()
+    field_block(r, pair, fields, |r, part| fields_by(r, part, host_field))
+}
+
+fn host_field(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>, _: &Name) -> Option<HostField> {
+    match pair.as_rule() {
+        Rule::host_build => host_build(r, pair).map(HostField::Build),
+        Rule::host_arch => Some(HostField::Arch(r.texts(pair).into_iter().next()?)),
+        _ => Some(HostField::Text(r.texts(pair).into_iter().next()?)),
+    }
+}
+
+fn host_build(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<HostBuild> {
+    let (mut place, mut jobs, mut nice) = (None, None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::name => place = Some(r.name(&part)),
+            Rule::jobs => jobs = values(r, part).into_iter().next(),
+            Rule::nice => nice = values(r, part).into_iter().next(),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    Some(HostBuild {
+        place: place?,
+        jobs,
+        nice,
     })
 }
 

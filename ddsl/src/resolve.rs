@@ -6,16 +6,18 @@ mod references;
 mod rules;
 mod world;
 
+use crate::ast::HostField;
 use crate::ast::{self, Decl};
 use crate::check::check;
 use crate::duplicates::{check_unique, report_duplicate};
 use crate::fields::{BlockContext, References, duration, instance, proxy};
 use crate::host_address::{LOCALHOST, wrong_address};
+use crate::host_build;
 use crate::imports::{File, files};
 use crate::link;
 use crate::model::{
-    Bind, Deployment, External, Group, Host, Instance, InstanceOrGroup, LONGEST_NAME, NODE, Peer,
-    Proxy, Setting,
+    Bind, Deployment, External, Group, Host, HostBuild, Instance, InstanceOrGroup, LONGEST_NAME,
+    NODE, Peer, Proxy, Setting,
 };
 use crate::settings::{Block, Choice};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -391,10 +393,22 @@ impl<'a> Resolver<'a> {
         );
         let field = |wanted: &str| {
             let mut fields = tree.fields.iter();
-            fields
-                .find(|(word, _)| word.text.eq_ignore_ascii_case(wanted))
-                .map(|(_, text)| text.clone())
+            fields.find_map(|(word, field)| match field {
+                HostField::Text(text) if word.text.eq_ignore_ascii_case(wanted) => {
+                    Some(text.clone())
+                }
+                _ => None,
+            })
         };
+        let mut arch = None;
+        let mut build = HostBuild::default();
+        for (_, field) in &tree.fields {
+            match field {
+                HostField::Arch(name) => arch = host_build::arch(name, &mut self.found),
+                HostField::Build(tree) => build = host_build::build(tree, &mut self.found),
+                HostField::Text(_) => {}
+            }
+        }
         let address = field("address");
         match &address {
             Some(address) => {
@@ -429,6 +443,8 @@ impl<'a> Resolver<'a> {
             user: field("user"),
             workspace: field("workspace"),
             link,
+            arch,
+            build,
         });
     }
 

@@ -6,7 +6,9 @@ use std::io;
 use std::path::PathBuf;
 
 /// The program, which is installed next to `rcdeploy`.
-const PROGRAM: &str = "rcforward";
+pub(crate) const PROGRAM: &str = "rcforward";
+/// Its crate.
+pub(crate) const CRATE: &str = "rc-forward";
 
 /// Where the program is.
 pub(crate) fn program() -> io::Result<PathBuf> {

@@ -21,15 +21,15 @@ use std::path::{Path, PathBuf};
 /// The crate of the extension module, its folder in the framework, and its library.
 pub(crate) const CRATE: &str = "rc-python";
 const FOLDER: &str = "python";
-const LIBRARY: &str = "librobocomp_python.so";
+pub(crate) const LIBRARY: &str = "librobocomp_python.so";
 
 /// The crate of the extension module of components with a tree of InnerModel, and its library.
 pub(crate) const TREE_CRATE: &str = "rc-python-innermodel";
-const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
+pub(crate) const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
 
 /// The crate of the extension module of components with a world, and its library.
 pub(crate) const GRAPH_CRATE: &str = "rc-python-graph";
-const GRAPH_LIBRARY: &str = "librobocomp_graph.so";
+pub(crate) const GRAPH_LIBRARY: &str = "librobocomp_graph.so";
 
 /// Keeps the build independent of the interpreter and the search path, as `.cargo/config.toml` of
 /// the framework does in its own folder.

@@ -8,6 +8,7 @@
 //!                        → world            the graph that the components share: its checks
 //!                        → chains           what follows what, and how soon at worst (bounds)
 //!                        → generating    what is stale is generated
+//!                        → sites            which machine builds for which host
 //!                        → programs         where executables are, and how cargo builds them
 //!                        → shared_process   the program of components that share a process
 //!                        → interpreters     whether components in Python can start
@@ -51,6 +52,7 @@ mod sanitizer;
 mod scenes;
 pub mod services;
 mod shared_process;
+mod sites;
 pub mod topology;
 mod transports;
 mod unsupported;
@@ -68,10 +70,11 @@ pub use model::{ClockPlan, Network, NetworkTime};
 pub use plan::Plan;
 pub use process_name::process_name;
 pub use profile::Profile;
-pub use programs::{Build, Programs};
+pub use programs::{Build, Programs, Source, Sources};
 pub use reading::Reading;
 pub use ros_names::ros_implementation;
 pub use rules::{NetworkRules, RuledChanges};
 pub use sanitizer::Sanitizer;
+pub use sites::Site;
 pub use workspaces::{cargo, target_variable};
 pub use world_report::{WorldMember, WorldReport};

@@ -92,6 +92,9 @@ pub struct Component {
     /// the files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub venv: Option<Environment>,
+    /// Whether its host builds its executable, which is then not among the files.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub built_there: bool,
 }
 
 /// A component as a thread of a process.
@@ -114,6 +117,20 @@ pub struct Host {
     pub user: Option<String>,
     /// The working directory of components there. `None`: a copy of the network's folder.
     pub workspace: Option<PathBuf>,
+    /// How its programs are made, if not as those of this machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elsewhere: Option<Elsewhere>,
+}
+
+/// How the programs of a host are made that are not those of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Elsewhere {
+    /// The processor of the host, as `uname -m` names it. `None`: as the host says.
+    pub machine: Option<String>,
+    /// Whether the host builds its programs.
+    pub there: bool,
+    /// `rcdeploy` for that processor, on this machine. `None`: the host has one.
+    pub program: Option<PathBuf>,
 }
 
 impl From<&rc_ddsl::model::Host> for Host {
@@ -123,6 +140,7 @@ impl From<&rc_ddsl::model::Host> for Host {
             address: host.address.text.clone(),
             user: host.user.as_ref().map(|user| user.text.clone()),
             workspace: host.workspace.as_ref().map(|w| PathBuf::from(&w.text)),
+            elsewhere: None,
         }
     }
 }
@@ -165,6 +183,7 @@ impl Component {
             host: None,
             files: Vec::new(),
             venv: None,
+            built_there: false,
         }
     }
 }

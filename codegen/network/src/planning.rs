@@ -191,7 +191,11 @@ impl Network {
                 exact: instance.exact.is_some(),
                 middleware: self.middleware_text(at),
                 transports: self.transports(at),
-                host: host.map(plan::Host::from),
+                host: match instance.host.filter(|_| host.is_some()) {
+                    Some((host, _)) => Some(self.programs.planned_host(host, profile)?),
+                    None => None,
+                },
+                built_there: self.programs.is_built_there(at)?,
                 files,
                 venv,
                 ..Component::new(instance.path.clone(), executable, directory)

@@ -275,6 +275,11 @@ impl fmt::Display for Preview {
             count(self.hosts.len(), "host"),
             short(&self.ddsl)
         )?;
+        for host in &self.hosts {
+            if let Some(build) = &host.build {
+                writeln!(f, "host {}: {build}", host.name)?;
+            }
+        }
         self.order(f)?;
         self.connections(f)?;
         for chain in &self.chains {

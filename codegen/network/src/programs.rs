@@ -5,18 +5,19 @@
 //! another. Its program is then a variant, built next to the program of its folder.
 
 mod builds;
+mod elsewhere;
 mod executable;
-mod processor;
+pub(crate) mod processor;
+mod sources;
 
 pub use builds::Build;
+pub use sources::{Source, Sources};
 
 use crate::forwarder;
-use crate::launcher::Places;
-use crate::plan::Environment;
 use crate::profile::Profile;
-use crate::python_copies::{self, HostFiles};
 use crate::sanitizer::Sanitizer;
 use crate::shared_process::{self, Member};
+use crate::sites::Sites;
 use crate::variant;
 use crate::workspaces::Workspaces;
 use rc_codegen::note::Note;
@@ -31,6 +32,9 @@ use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+/// The program that runs the components of another machine for its supervisor.
+pub(crate) const RCDEPLOY: &str = "rcdeploy";
 
 /// The programs of the components of a network.
 #[derive(Debug)]
@@ -53,6 +57,7 @@ pub struct Programs {
     /// The instances whose programs are built with a sanitizer.
     sanitized: RefCell<BTreeMap<usize, Sanitizer>>,
     workspaces: Workspaces,
+    sites: Sites,
 }
 
 /// An instance whose program is built.
@@ -176,6 +181,7 @@ impl Programs {
             declared,
             middleware,
             workspaces: Workspaces::default(),
+            sites: Sites::default(),
         }
     }
 
@@ -257,7 +263,7 @@ impl Programs {
             return Ok(Some(normal(&instance.folder.join(&executable.text))));
         }
         if instance.adaptor.is_some() || instance.proxy.is_some() {
-            return forwarder::program().map(Some);
+            return self.forwarder(instance, profile);
         }
         let Some(project) = self.project(at) else {
             return Ok(None);
@@ -273,33 +279,8 @@ impl Programs {
         let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
         };
-        let target = self.workspaces.target(&root)?;
+        let target = self.target(&root, self.sites.of(&self.deployment, instance, &root))?;
         Ok(Some(target.programs(profile).join(program)))
-    }
-
-    /// The files and the environment that an instance in Python needs on another machine. `None`
-    /// for other instances, and for those outside of a workspace. `host` are all files of that
-    /// machine.
-    pub(crate) fn python_copies(
-        &self,
-        at: usize,
-        profile: Profile,
-        host: &mut HostFiles,
-    ) -> io::Result<Option<(Vec<PathBuf>, Option<Environment>)>> {
-        let is_python = |project: &&Project| project.language() == Some(Language::Python);
-        let Some(project) = self.project(at).filter(is_python) else {
-            return Ok(None);
-        };
-        if self.installed[at].is_some() {
-            let places = Places::installed(project).map_err(io::Error::other)?;
-            return python_copies::of(&places, host).map(Some);
-        }
-        let Some(root) = Workspaces::root(project.code())? else {
-            return Ok(None);
-        };
-        let target = self.workspaces.target(&root)?;
-        let places = Places::of(project, &root, &target, profile, self.variants[at]);
-        python_copies::of(&places.map_err(io::Error::other)?, host).map(Some)
     }
 
     /// The instances whose programs are built.
@@ -468,11 +449,17 @@ impl Programs {
             let Some(project) = self.project(at) else {
                 continue;
             };
+            // A faulty manifest was reported.
+            if self.is_built_there(at).unwrap_or_default() {
+                continue;
+            }
             let notes = notes
                 .entry(path.clone())
                 .or_insert_with(|| Note::read(&path));
             let build = self.how_to_build(at, profile);
-            let instance = (instance, self.needed[at]);
+            let host = instance.host.map(|(host, _)| host);
+            let processor = host.and_then(|host| self.processor(host));
+            let instance = (instance, self.needed[at], processor);
             executable::check(&path, notes, place, instance, project, &build, found);
         }
     }

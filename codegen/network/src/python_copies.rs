@@ -3,7 +3,9 @@
 
 use crate::launcher::Places;
 use crate::plan::Environment;
+use crate::programs::processor;
 use rc_codegen::files::GENERATED;
+use rc_ddsl::model::Processor;
 use rustix::io::Errno;
 use std::collections::HashSet;
 use std::io;
@@ -48,6 +50,7 @@ impl HostFiles {
 /// The files that a component needs, and its environment. They are added to those of its host.
 pub(crate) fn of(
     places: &Places,
+    processor: Option<Processor>,
     host: &mut HostFiles,
 ) -> io::Result<(Vec<PathBuf>, Option<Environment>)> {
     let environment = Environment::of(&places.folder);
@@ -68,7 +71,31 @@ pub(crate) fn of(
             io::Error::new(error.kind(), message)
         })?;
     }
+    if let Some(processor) = processor {
+        check_processor(&files, processor)?;
+    }
     Ok((files, environment))
+}
+
+/// Refuses files with code for another processor than that of the host.
+fn check_processor(files: &[PathBuf], wanted: Processor) -> io::Result<()> {
+    if processor::own() == Some(wanted) {
+        return Ok(());
+    }
+    let mut numbers = files.iter().map(|file| (file, processor::of(file)));
+    let wrong = numbers.find_map(|(file, number)| {
+        let number = number.filter(|number| *number != wanted.elf())?;
+        Some((file, processor::name(number)))
+    });
+    let Some((file, of)) = wrong else {
+        return Ok(());
+    };
+    let message = format!(
+        "{} is for {of}, and its host is {}; remove `.venv` here, and install the packages on the host",
+        file.display(),
+        wanted.machine()
+    );
+    Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
 /// Adds the files below a folder. `above` are the folders that hold it, without links: one that
@@ -151,7 +178,8 @@ mod tests {
             native: vec![("ROBOCOMP_NATIVE", folder.path().join("lib.so"))],
         };
         let listed = |places: &Places| {
-            let (files, environment) = of(places, &mut HostFiles::default()).expect("to list");
+            let (files, environment) =
+                of(places, None, &mut HostFiles::default()).expect("to list");
             let relative = |path: &PathBuf| {
                 let path = path.strip_prefix(folder.path()).expect("a path");
                 path.display().to_string()
@@ -229,7 +257,7 @@ mod tests {
             framework: None,
             native: Vec::new(),
         };
-        let refused = of(&places, &mut HostFiles::default()).expect_err("too much");
+        let refused = of(&places, None, &mut HostFiles::default()).expect_err("too much");
         let refused = refused.to_string();
         assert!(refused.contains(&source.display().to_string()), "{refused}");
     }

@@ -2,11 +2,14 @@
 
 use crate::chains::Port;
 use crate::model::Network;
+use crate::sites::Site;
 use rc_cdsl::model::{Role, Slot};
 use rc_ddsl::conversion::Conversion;
+use rc_ddsl::model::Processor;
 use rc_ddsl::{Connection as Pair, Endpoint};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 /// A machine.
 #[derive(Clone, Debug, Serialize)]
@@ -17,6 +20,72 @@ pub struct Host {
     pub address: String,
     /// The user there, if the file names one.
     pub user: Option<String>,
+    /// Where its programs are built, if not as those of this machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub build: Option<HostBuild>,
+}
+
+/// Where the programs of a host are built.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct HostBuild {
+    /// Its processor: `arm64`. `None`: as the host says of itself.
+    pub arch: Option<&'static str>,
+    /// `here` or `there`.
+    pub place: &'static str,
+    /// The platform of rustc, if they are built here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub platform: Option<&'static str>,
+    /// The number of jobs of cargo, if they are built there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jobs: Option<u16>,
+    /// The niceness of cargo, if they are built there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nice: Option<u8>,
+}
+
+impl HostBuild {
+    /// Where the programs of a host are built. `None`: as those of this machine.
+    fn of(network: &Network, host: usize) -> Option<Self> {
+        let declared = &network.deployment.hosts[host];
+        let arch = network.programs.processor(host).map(Processor::word);
+        match network.programs.site_of_host(host) {
+            Site::Own => None,
+            Site::Cross(processor) => Some(Self {
+                arch,
+                place: "here",
+                platform: Some(processor.platform()),
+                jobs: None,
+                nice: None,
+            }),
+            Site::There(_) => Some(Self {
+                arch,
+                place: "there",
+                platform: None,
+                jobs: declared.build.jobs,
+                nice: Some(declared.build.nice),
+            }),
+        }
+    }
+}
+
+/// For people.
+impl fmt::Display for HostBuild {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(arch) = self.arch {
+            write!(f, "{arch}, ")?;
+        }
+        write!(f, "its programs are built {}", self.place)?;
+        if let Some(platform) = self.platform {
+            write!(f, " for {platform}")?;
+        }
+        if let Some(jobs) = self.jobs {
+            write!(f, ", {jobs} at once")?;
+        }
+        if let Some(nice) = self.nice.filter(|nice| *nice > 0) {
+            write!(f, ", with niceness {nice}")?;
+        }
+        Ok(())
+    }
 }
 
 /// Calls or samples.
@@ -94,9 +163,10 @@ impl Host {
             .map(|i| i.host.map(|(host, _)| host))
             .collect();
         used.into_iter()
-            .map(|host| {
-                let host = host.map(|host| &network.deployment.hosts[host]);
+            .map(|at| {
+                let host = at.map(|host| &network.deployment.hosts[host]);
                 Self {
+                    build: at.and_then(|host| HostBuild::of(network, host)),
                     name: host.map_or("localhost", |h| &h.name.text).to_owned(),
                     address: host.map_or("localhost", |h| &h.address.text).to_owned(),
                     user: host.and_then(|h| Some(h.user.as_ref()?.text.clone())),
@@ -247,9 +317,16 @@ impl Connection {
 /// The other machines with components.
 pub fn remote_hosts(network: &Network) -> Vec<crate::plan::Host> {
     let instances = network.deployment.instances.iter();
-    let hosts = instances.filter_map(|instance| network.deployment.remote_host(instance));
-    let hosts: BTreeMap<&str, _> = hosts.map(|host| (host.name.text.as_str(), host)).collect();
-    hosts.into_values().map(crate::plan::Host::from).collect()
+    let used: BTreeSet<usize> = instances
+        .filter_map(|of| of.host.map(|(at, _)| at))
+        .collect();
+    let hosts = used
+        .into_iter()
+        .map(|at| (at, &network.deployment.hosts[at]));
+    let hosts = hosts.filter(|(_, host)| !host.is_local());
+    let mut hosts: Vec<_> = hosts.map(|(at, _)| network.programs.host(at)).collect();
+    hosts.sort_by(|one, other| one.name.cmp(&other.name));
+    hosts
 }
 
 /// The chains with a message between two endpoints.

@@ -49,6 +49,11 @@ pub(crate) struct Staged {
 }
 
 impl Staged {
+    /// The folder of their workspace.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The manifest of their workspace.
     pub(crate) fn manifest(&self) -> PathBuf {
         self.folder.join("Cargo.toml")

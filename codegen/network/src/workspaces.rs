@@ -139,16 +139,31 @@ fn platform(root: &Path) -> Option<String> {
     }
 }
 
+/// Whether the user has chosen a linker for a platform.
+pub(crate) fn linker(root: &Path, platform: &str) -> bool {
+    let variable = platform.to_uppercase().replace('-', "_");
+    let variable = format!("CARGO_TARGET_{variable}_LINKER");
+    std::env::var_os(variable).is_some_and(|set| !set.is_empty())
+        || setting(root, &["target", platform, "linker"]).is_some()
+}
+
 /// A text of `[build]` in the nearest configuration of cargo that has it, with the folder that
-/// contains `.cargo`. Of an array, the first text.
+/// contains `.cargo`.
 fn configured(root: &Path, key: &str) -> Option<(PathBuf, String)> {
+    setting(root, &["build", key])
+}
+
+/// A text in the nearest configuration of cargo that has it, with the folder that contains `.cargo`.
+/// Of an array, the first text.
+fn setting(root: &Path, keys: &[&str]) -> Option<(PathBuf, String)> {
     let root = root.canonicalize().ok()?;
     let above = root.ancestors().map(|folder| folder.join(".cargo"));
     let mut places = above.chain(home());
     places.find_map(|place| {
         let text = rc_files::read(&place.join("config.toml")).ok()?;
         let file: toml_edit::DocumentMut = text.parse().ok()?;
-        let value = file.get("build")?.get(key)?;
+        let mut keys = keys.iter();
+        let value = keys.try_fold(file.as_item(), |item, key| item.get(*key))?;
         let first = value.as_array().and_then(|all| all.get(0)?.as_str());
         let text = value.as_str().or(first)?.to_owned();
         Some((place.parent()?.to_owned(), text))

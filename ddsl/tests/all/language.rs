@@ -555,3 +555,22 @@ fn a_proxy_is_on_the_host_of_the_first_component() {
         ]
     );
 }
+
+#[test]
+fn a_host_says_its_processor_and_where_its_programs_are_built() {
+    check(
+        "Host a { address \"a\"; arch arm64; build there jobs 2 nice 10; };\nHost b { address \"b\"; arch aarch64; build remote; };\n\
+         Host c { address \"c\"; arch amd46; build here jobs 0 nice 20; build there; };\nHost d { address \"d\"; arch \"arm64\"; build there nice 1 jobs 2; };\n\
+         Component a { cdsl \"a\"; host a; };",
+        &expect![[r#"
+            n.ddsl:3:28: error[unknown-arch]: unknown processor architecture `aarch64` (did you mean `arm64`?)
+            n.ddsl:3:43: error[unknown-build-place]: programs are built `here` or `there`, not `remote` (expected one of `here`, `there`)
+            n.ddsl:4:28: error[unknown-arch]: unknown processor architecture `amd46` (did you mean `amd64`?)
+            n.ddsl:4:51: error[out-of-range]: expected a number of jobs from 1 to 1024, found the number 0
+            n.ddsl:4:58: error[out-of-range]: expected a niceness from 0 to 19, found the number 20
+            n.ddsl:4:62: error[repeated-clause]: duplicate field `build`; first used here at n.ddsl:4:35
+            n.ddsl:5:28: error[syntax-error]: expected a name, found `"`
+            n.ddsl:5:56: error[syntax-error]: unexpected `jobs`
+        "#]],
+    );
+}

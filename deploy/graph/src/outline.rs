@@ -118,6 +118,7 @@ mod tests {
             name: name.to_owned(),
             address: "10.0.0.2".to_owned(),
             user: None,
+            build: None,
         };
         let group = |name: &str, parent: Option<&str>| Group {
             name: name.to_owned(),

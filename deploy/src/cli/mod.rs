@@ -141,9 +141,9 @@ fn run(command: Command) -> Result<u8, Failure> {
                 services: BTreeMap::new(),
             };
             let build = build.then_some(if no_generate {
-                up::Build::AsIs
+                up::Prepare::AsIs
             } else {
-                up::Build::Generated
+                up::Prepare::Generated
             });
             up::up(&input, build, detach, &debugging, &options)
         }

@@ -8,20 +8,23 @@ use super::debugging::Debugging;
 use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, print_note, system};
 use super::service::logout;
+use crate::doctor::processor;
 use crate::guard::services;
+use crate::process::identity::{Identity, Mark};
 use crate::process::machine;
 use crate::process::own_program::own_program;
-use crate::{Options, Service};
+use crate::{Options, Service, remote};
+use rc_ddsl::model::Processor;
 use rc_deploy_client::error::print_error;
-use rc_deploy_client::status;
-use rc_deploy_network::{Network, NetworkRules, Next, Profile};
+use rc_deploy_client::{logs, status};
+use rc_deploy_network::{Build, Network, NetworkRules, Next, Profile, Site};
 use rc_diagnostics::Diagnostics;
 use rc_middleware::RunDirectory;
 use std::process::Command as Process;
 
 /// Step of `up --build` before cargo builds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Build {
+pub(super) enum Prepare {
     /// Generates missing or stale code.
     Generated,
     /// Nothing: stale code is an error.
@@ -30,22 +33,26 @@ pub(super) enum Build {
 
 pub(super) fn up(
     input: &Input,
-    build: Option<Build>,
+    build: Option<Prepare>,
     detach: bool,
     debugging: &Debugging,
     options: &Options,
 ) -> Result<u8, Failure> {
     let human = rc_diagnostics::Format::Human;
-    if build == Some(Build::Generated) {
+    if build == Some(Prepare::Generated) {
         generate_stale(input)?;
     }
     let network = if build.is_some() {
+        let mut said = Vec::new();
         let network = load(input, human, |network, found| {
             machine::check(network, true, found);
+            said = ask_hosts(network);
+            network.programs.check_hosts(found);
             network.programs.check_generated(found);
             network.programs.check_interpreters(Next::IsBuilt, found);
         })?;
         debugging.prepare(&network)?;
+        declare(&network, &said, detach)?;
         cargo_build(&network, input.profile)?;
         let mut found = Diagnostics::new();
         network.programs.check_programs(input.profile, &mut found);
@@ -55,6 +62,8 @@ pub(super) fn up(
             load(input, human, |n, f| {
                 // It is prepared as above.
                 let _ = debugging.prepare(n);
+                let said = said.into_iter();
+                said.for_each(|(host, processor)| n.programs.host_says(host, processor));
                 n.programs.check_programs(input.profile, f);
             })?
         }
@@ -133,9 +142,77 @@ fn check_sockets<'n>(
     ))
 }
 
+/// Asks the hosts whose processor the file does not name. One that does not answer counts as one like
+/// this machine: its connection explains the failure.
+fn ask_hosts(network: &Network) -> Vec<(usize, Processor)> {
+    let Some(mark) = mark(network) else {
+        return Vec::new();
+    };
+    let unknown = network.programs.unknown_hosts().into_iter();
+    let said = unknown.filter_map(|host| {
+        let processor = processor(&network.programs.host(host), &mark)?;
+        network.programs.host_says(host, processor);
+        Some((host, processor))
+    });
+    said.collect()
+}
+
+/// Tells of hosts that have said that they have another processor. The file has to name it for a network
+/// in the background, whose supervisor reads it again.
+fn declare(network: &Network, said: &[(usize, Processor)], detach: bool) -> Result<(), Failure> {
+    for (host, processor) in said {
+        if network.programs.site_of_host(*host) == Site::Own {
+            continue;
+        }
+        let name = &network.deployment.hosts[*host].name.text;
+        let told = format!(
+            "host {name} says that it is {processor}; write `arch {processor};` in its `Host`"
+        );
+        if detach {
+            return Err(Failure(1, told));
+        }
+        print_note(&format_args!(
+            "{told}, so that commands without `--build` know it"
+        ));
+    }
+    Ok(())
+}
+
+/// The mark of the processes that this one starts for a network.
+fn mark(network: &Network) -> Option<Mark> {
+    Identity::own().map(|own| Mark::new(network.name(), own))
+}
+
+/// Lets a host build.
+fn build_there(network: &Network, build: &Build, host: usize) -> Result<(), Failure> {
+    let planned = network.programs.host(host);
+    let declared = &network.deployment.hosts[host].build;
+    let mark = mark(network).ok_or_else(|| system(&"/proc cannot be read"))?;
+    let own = remote::own_hash().map_err(|e| system(&e))?;
+    let logs = logs::open_directory(network.name()).map_err(|e| system(&e))?;
+    let order = remote::there::Order {
+        host: &planned,
+        build,
+        network: network.name(),
+        jobs: declared.jobs,
+        nice: declared.nice,
+        own: &own,
+        hashes: logs.join(format!(".{}.sources.json", planned.name)),
+    };
+    let built = remote::there::build(&order, &mark);
+    built.map_err(|why| Failure(3, format!("host {} did not build: {why}", planned.name)))
+}
+
 fn cargo_build(network: &Network, profile: Profile) -> Result<(), Failure> {
     for build in network.programs.builds(profile)? {
         let build = build?;
+        if let Site::There(host) = build.site
+            && !build.args.is_empty()
+        {
+            build_there(network, &build, host)?;
+            build.finish()?;
+            continue;
+        }
         if build.args.is_empty() {
             build.finish()?;
             continue;

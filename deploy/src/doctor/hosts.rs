@@ -3,7 +3,8 @@
 use super::{Finding, Grade};
 use crate::process::identity::Mark;
 use crate::remote::ssh;
-use rc_deploy_network::plan::Host;
+use rc_ddsl::model::Processor;
+use rc_deploy_network::plan::{Elsewhere, Host};
 use rc_diagnostics::foreign;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -22,7 +23,7 @@ const SCRIPT: &str = "echo; echo \"rcdeploy agent: $(uname -sm)\"; df -Pk /dev/s
 pub(crate) fn of_host(host: &Host, mark: &Mark) -> Finding {
     let check = format!("host {}", host.name);
     match answer(host, mark) {
-        Ok(said) => judged(&check, &said),
+        Ok(said) => judged(&check, &said, host.elsewhere.as_ref()),
         Err(why) => Finding {
             check,
             grade: Grade::Error,
@@ -33,7 +34,7 @@ pub(crate) fn of_host(host: &Host, mark: &Mark) -> Finding {
 }
 
 /// The output of the script there.
-fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
+pub(crate) fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     let failed = |error: std::io::Error| error.to_string();
     let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
     let mut complaint = File::from(memory.map_err(|e| failed(e.into()))?);
@@ -79,32 +80,60 @@ fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     Err(ssh::explain(host, noticed, &complaint))
 }
 
-/// The interpretation of the answer of a machine.
-fn judged(check: &str, said: &str) -> Finding {
+/// The processor of a machine, which answers with its kind. `None` if it does not answer, or has one
+/// without a name.
+pub(crate) fn processor(host: &Host, mark: &Mark) -> Option<Processor> {
+    let said = answer(host, mark).ok()?;
+    let (kind, _) = kind(&said);
+    Processor::from_machine(kind.strip_prefix("Linux ")?)
+}
+
+/// The kind of a machine in its answer, and the next line.
+fn kind(said: &str) -> (String, Option<&str>) {
     let mut lines = said
         .lines()
         .skip_while(|line| !line.starts_with(ssh::TOKEN));
     let kind = lines.next().unwrap_or_default();
     let kind = foreign::clean(kind.trim_start_matches(ssh::TOKEN).trim());
+    (kind, lines.next())
+}
+
+/// The interpretation of the answer of a machine, whose programs may be made for it.
+fn judged(check: &str, said: &str, elsewhere: Option<&Elsewhere>) -> Finding {
+    let (kind, memory) = kind(said);
     let here = rustix::system::uname();
     let here = format!(
         "{} {}",
         here.sysname().to_string_lossy(),
         here.machine().to_string_lossy()
     );
-    if kind != here {
+    let machine = kind.split(' ').nth(1).unwrap_or_default();
+    let declared = elsewhere.map(|elsewhere| elsewhere.machine.as_deref());
+    let is_right = match declared {
+        Some(Some(declared)) => declared == machine,
+        Some(None) => true,
+        None => kind == here,
+    };
+    if !is_right {
         let found = format!("it is a machine of the kind {kind}, and this one is {here}");
-        return Finding::error(check, found, "run the network from a machine like it");
+        let fix = Processor::from_machine(machine).map_or_else(
+            || "run the network from a machine like it".to_owned(),
+            |processor| format!("write `arch {processor};` in its `Host`"),
+        );
+        return Finding::error(check, found, fix);
     }
     // Name, all, used and free kB (POSIX, df -P).
-    let free = lines.next().and_then(|line| line.split_whitespace().nth(3));
+    let free = memory.and_then(|line| line.split_whitespace().nth(3));
     match free.and_then(|text| text.parse::<u64>().ok()) {
         Some(free) if free < 64 << 10 => {
             let found = format!("it answers; {free} kB of its shared memory are free");
             let fix = "mount -o remount,size=1G /dev/shm, there";
             Finding::warning(check, found, fix)
         }
-        _ => Finding::ok(check, format!("it answers, and is {kind}, as this machine")),
+        _ => match declared {
+            None => Finding::ok(check, format!("it answers, and is {kind}, as this machine")),
+            Some(_) => Finding::ok(check, format!("it answers, and is {kind}")),
+        },
     }
 }
 
@@ -123,10 +152,20 @@ mod tests {
         let said = |kind: &str, free: &str| {
             format!("Welcome!\nrcdeploy agent: {kind}\ntmpfs 65536 0 {free} 0% /dev/shm\n")
         };
-        let grade = |said: &str| judged("host robot", said).grade;
+        let grade = |said: &str| judged("host robot", said, None).grade;
         assert_eq!(grade(&said(&here, "12000000")), Grade::Ok);
         assert_eq!(grade(&said(&here, "600")), Grade::Warning);
         assert_eq!(grade(&said("Linux other", "12000000")), Grade::Error);
+        let there = Elsewhere {
+            machine: Some("aarch64".to_owned()),
+            there: true,
+            program: None,
+        };
+        let arm = |said: &str| judged("host robot", said, Some(&there));
+        assert_eq!(arm(&said("Linux aarch64", "12000000")).grade, Grade::Ok);
+        assert_eq!(arm(&said(&here, "12000000")).grade, Grade::Error);
+        let fix = judged("host robot", &said("Linux aarch64", "1"), None).fix;
+        assert_eq!(fix.as_deref(), Some("write `arch arm64;` in its `Host`"));
         // Without `df`, nothing is said about memory.
         assert_eq!(grade(&format!("rcdeploy agent: {here}\n")), Grade::Ok);
     }

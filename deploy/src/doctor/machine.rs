@@ -31,7 +31,7 @@ pub(crate) struct Machine<'a> {
 impl Machine<'_> {
     /// Runs all checks, in the order in which a network needs their subjects.
     pub(crate) fn examine(&self) -> Vec<Finding> {
-        let checks: [fn(&Self) -> Finding; 10] = [
+        let checks: [fn(&Self) -> Finding; 12] = [
             Self::shared_memory,
             Self::logout,
             Self::watches,
@@ -41,17 +41,19 @@ impl Machine<'_> {
             Self::python,
             Self::ros,
             Self::multicast,
+            Self::firewall,
             Self::clock,
+            Self::clock_steps,
         ];
         checks.iter().map(|check| check(self)).collect()
     }
 
-    fn path(&self, absolute: &str) -> PathBuf {
+    pub(super) fn path(&self, absolute: &str) -> PathBuf {
         self.root.join(absolute.trim_start_matches('/'))
     }
 
     /// A file of the system, without the blanks around.
-    fn text(&self, absolute: &str) -> Option<String> {
+    pub(super) fn text(&self, absolute: &str) -> Option<String> {
         let text = std::fs::read_to_string(self.path(absolute)).ok()?;
         Some(text.trim().to_owned())
     }
@@ -370,12 +372,12 @@ fn bytes(count: u64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::Grade;
     use super::*;
 
     /// Makes a machine out of files: path and content; a path that ends with `/` is a folder.
-    fn with<T>(
+    pub(in super::super) fn with<T>(
         files: &[(&str, &str)],
         variables: &[(&str, &str)],
         look: impl FnOnce(&Machine<'_>) -> T,
@@ -403,7 +405,7 @@ mod tests {
     }
 
     #[track_caller]
-    fn is(finding: &Finding, grade: Grade, words: &str) {
+    pub(in super::super) fn is(finding: &Finding, grade: Grade, words: &str) {
         let told = finding.to_string();
         assert_eq!(finding.grade, grade, "{told}");
         assert!(told.contains(words), "{told}");
@@ -440,7 +442,7 @@ mod tests {
             is(&machine.python(), Grade::Warning, "there is no python3");
             is(&machine.multicast(), Grade::Warning, "no interface");
             is(&machine.clock(), Grade::Warning, "nothing sets it");
-            assert_eq!(machine.examine().len(), 10);
+            assert_eq!(machine.examine().len(), 12);
         });
         let limit = "proc/sys/fs/inotify/max_user_instances";
         with(&[(limit, "12\n")], &[], |machine| {

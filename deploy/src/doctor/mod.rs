@@ -4,8 +4,9 @@
 
 mod hosts;
 mod machine;
+mod network;
 
-pub(crate) use hosts::of_host;
+pub(crate) use hosts::{of_host, processor};
 pub(crate) use machine::Machine;
 
 use serde::Serialize;

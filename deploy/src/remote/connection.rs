@@ -6,7 +6,8 @@ use super::known_hashes::KnownHashes;
 use super::ssh::TOKEN;
 use super::timed_stream::{Beat, LONGEST, TimedStream, read_line};
 use crate::process::own_program::OWN;
-use rc_deploy_network::plan::Environment;
+use rc_ddsl::model::Processor;
+use rc_deploy_network::plan::{Elsewhere, Environment};
 use rc_diagnostics::foreign::clean;
 use rc_management::agent::{AgentMessage, File};
 use rc_management::lines;
@@ -58,14 +59,25 @@ pub(crate) struct SetupThread {
 }
 
 /// The program that becomes the agent.
-pub(crate) fn own_program() -> io::Result<File> {
-    copies::describe(Path::new(OWN), None, &mut || Ok(()))
+#[derive(Debug)]
+pub(crate) struct AgentProgram {
+    /// The file here.
+    pub(crate) from: PathBuf,
+    /// Its hash and length. The host has its own `rcdeploy` under the hash of this program.
+    pub(crate) program: File,
+    /// How the programs of the host are made, if not as those of this machine.
+    pub(crate) elsewhere: Option<Elsewhere>,
+}
+
+/// Describes a program.
+pub(crate) fn described(program: &Path) -> io::Result<File> {
+    copies::describe(program, None, &mut || Ok(()))
 }
 
 impl SetupThread {
     /// Begins a setup over `stream`, the standard streams of an ssh that runs the script for
     /// `program`.
-    pub(crate) fn start(stream: OwnedFd, program: File, setup: Setup) -> io::Result<Self> {
+    pub(crate) fn start(stream: OwnedFd, program: AgentProgram, setup: Setup) -> io::Result<Self> {
         let (over, done) = UnixStream::pair()?;
         let (sender, result) = mpsc::channel();
         std::thread::Builder::new()
@@ -85,28 +97,52 @@ impl SetupThread {
     }
 }
 
-fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, String> {
+/// Whether the program runs on a machine of this kind: `Linux aarch64`.
+fn check_kind(kind: &str, program: &AgentProgram) -> Result<(), String> {
+    let own = rustix::system::uname();
+    let system = own.sysname().to_string_lossy();
+    let own = format!("{system} {}", own.machine().to_string_lossy());
+    let elsewhere = program.elsewhere.as_ref();
+    let is_right = match elsewhere.map(|elsewhere| elsewhere.machine.as_ref()) {
+        Some(Some(machine)) => kind == format!("{system} {machine}"),
+        // It builds its programs itself.
+        Some(None) => kind.starts_with(&format!("{system} ")),
+        None => kind == own,
+    };
+    if is_right {
+        return Ok(());
+    }
+    let machine = kind.split(' ').nth(1).unwrap_or_default();
+    let advice = match Processor::from_machine(machine) {
+        Some(processor) => format!(
+            "write `arch {processor};` in its `Host`, and run `rcdeploy up --build`, which builds its programs"
+        ),
+        None => "run `rcdeploy up` on a machine like it".to_owned(),
+    };
+    Err(format!(
+        "it is another kind of machine ({kind}, this one is {own}), and what is built here does not run there; {advice}"
+    ))
+}
+
+fn begin(stream: OwnedFd, program: &AgentProgram, setup: &Setup) -> Result<AgentReady, String> {
     let lost = |error: io::Error| lost(&error);
     let mut out = TimedStream(stream.try_clone().map_err(lost)?);
     let mut input = BufReader::new(TimedStream(stream));
     let mut copied = (0, 0);
     let first = said(&mut input)?;
     let (state, machine) = first.split_once(' ').unwrap_or((&first, "unknown"));
-    let own = rustix::system::uname();
-    let own = format!(
-        "{} {}",
-        own.sysname().to_string_lossy(),
-        own.machine().to_string_lossy()
-    );
-    if machine != own {
-        return Err(format!(
-            "it is another kind of machine ({machine}, this one is {own}), and what is built here does not run there; \
-             run `rcdeploy up` on a machine like it"
-        ));
-    }
+    check_kind(machine, program)?;
     if state == "wants" {
-        copies::send(program, Path::new(OWN), &mut out).map_err(lost)?;
-        copied = (1, program.size);
+        if program.elsewhere.is_some() && program.from == Path::new(OWN) {
+            return Err(format!(
+                "it has no rcdeploy for its processor ({machine}); `rcdeploy up --build` builds one where the workspace names the sources of \
+                 RoboComp. Otherwise, install rcdeploy {} there",
+                env!("CARGO_PKG_VERSION")
+            ));
+        }
+        let file = &program.program;
+        copies::send(file, &program.from, &mut out).map_err(lost)?;
+        copied = (1, file.size);
     }
     said(&mut input)?;
     let mut beat = Beat::new();
@@ -175,7 +211,7 @@ fn begin(stream: OwnedFd, program: &File, setup: &Setup) -> Result<AgentReady, S
 
 /// The rest of the next line that the script prints. The login may have printed before it, also
 /// without an end of line.
-fn said(input: &mut BufReader<TimedStream>) -> Result<String, String> {
+pub(super) fn said(input: &mut BufReader<TimedStream>) -> Result<String, String> {
     let mut greeting = String::new();
     for _ in 0..GREETING {
         let (line, error) = match read_line(input) {
@@ -229,6 +265,41 @@ mod tests {
         theirs.write_all(printed.as_bytes()).expect("room");
         drop(theirs);
         said(&mut BufReader::new(TimedStream(OwnedFd::from(ours))))
+    }
+
+    #[test]
+    fn a_host_has_the_processor_that_its_programs_are_for() {
+        let kind = |machine: Option<Option<&str>>, kind: &str| {
+            let program = AgentProgram {
+                from: PathBuf::from(OWN),
+                program: File {
+                    path: PathBuf::new(),
+                    hash: String::new(),
+                    size: 0,
+                    executable: true,
+                },
+                elsewhere: machine.map(|machine| Elsewhere {
+                    machine: machine.map(str::to_owned),
+                    there: true,
+                    program: None,
+                }),
+            };
+            check_kind(kind, &program)
+        };
+        let own = rustix::system::uname();
+        let own = format!("Linux {}", own.machine().to_string_lossy());
+        assert_eq!(kind(None, &own), Ok(()));
+        assert_eq!(kind(Some(Some("riscv64")), "Linux riscv64"), Ok(()));
+        assert_eq!(kind(Some(None), "Linux mips"), Ok(()));
+        let refused = kind(None, "Linux riscv64").expect_err("it is another one");
+        assert!(
+            refused.contains("write `arch riscv64;` in its `Host`"),
+            "{refused}"
+        );
+        let refused = kind(Some(Some("aarch64")), "Linux riscv64").expect_err("another one");
+        assert!(refused.contains("`arch riscv64;`"), "{refused}");
+        let refused = kind(Some(None), "Plan9 mips").expect_err("it is no Linux");
+        assert!(refused.contains("on a machine like it"), "{refused}");
     }
 
     #[test]

@@ -1,16 +1,17 @@
 //! Another machine, as the supervisor sees it: connection, loss of the connection, reconnection.
 
 use super::SupervisorMessage;
-use super::connection::{AgentReady, Setup, SetupThread, own_program};
+use super::connection::{AgentProgram, AgentReady, Setup, SetupThread, described};
 use super::copies::mirrored;
 use super::remote_process::Outbox;
 use super::socket_proxy::{Accepted, Received, SocketProxy};
 use super::{BEAT, HOST_LIMIT, SET_UP_LIMIT, ssh};
 use crate::process::identity::{Mark, first_readable, kill_group};
+use crate::process::own_program::OWN;
 use rc_deploy_network::plan::Restart;
 use rc_deploy_network::plan::{self, Component};
 use rc_diagnostics::foreign::clean_lines;
-use rc_management::agent::{AgentMessage, File, LONGEST};
+use rc_management::agent::{AgentMessage, LONGEST};
 use rc_management::lines::{Line, Lines, Overlong};
 use rustix::event::PollFlags;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
@@ -267,13 +268,22 @@ impl Host {
             .open(&self.log);
         let log = log.map_err(|e| format!("cannot open {}: {e}", self.log.display()))?;
         self.complaints = log.metadata().map_err(system)?.len();
-        let program: File = own_program().map_err(system)?;
-        let script = ssh::script(&program.hash, program.size);
+        let elsewhere = self.plan.elsewhere.as_ref();
+        let from = elsewhere.and_then(|elsewhere| elsewhere.program.clone());
+        let from = from.unwrap_or_else(|| PathBuf::from(OWN));
+        let program = described(&from);
+        let program = program.map_err(|e| format!("cannot read {}: {e}", from.display()))?;
+        let script = ssh::script(&program.hash, program.size, elsewhere.is_some());
         let (child, stream) = ssh::start(&self.plan, &script, log, mark)?;
         let ssh = Ssh { child, stream };
         ssh.stream.set_nonblocking(true).map_err(system)?;
         let stream = OwnedFd::from(ssh.stream.try_clone().map_err(system)?);
-        let setup = SetupThread::start(stream, program, self.setup.clone());
+        let agent = AgentProgram {
+            from,
+            program,
+            elsewhere: elsewhere.cloned(),
+        };
+        let setup = SetupThread::start(stream, agent, self.setup.clone());
         self.link = Link::SettingUp(ssh, setup.map_err(system)?);
         self.began = Instant::now();
         Ok(())

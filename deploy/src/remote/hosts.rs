@@ -45,9 +45,10 @@ impl Hosts {
         let hosts = hosts.into_iter().enumerate().map(|(h, host)| {
             let components = plan.components.iter().zip(&host_of);
             let components = components.filter(|(_, of)| **of == Some(h)).map(|(c, _)| c);
-            let files = components
-                .clone()
-                .flat_map(|c| c.files.iter().chain([&c.executable]));
+            let files = components.clone().flat_map(|c| {
+                let executable = Some(&c.executable).filter(|_| !c.built_there);
+                c.files.iter().chain(executable)
+            });
             let files: BTreeSet<_> = files.cloned().collect();
             let environments = components.filter_map(|c| c.venv.clone());
             let environments: BTreeSet<_> = environments.collect();
@@ -226,6 +227,7 @@ mod tests {
                 address: address.to_owned(),
                 user: None,
                 workspace: None,
+                elsewhere: None,
             }),
             ..Component::new(name, "/bin/true", "/")
         }

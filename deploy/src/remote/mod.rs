@@ -6,7 +6,7 @@
 //!
 //! The supervisor decides everything. The agent starts processes, forwards their messages and
 //! output, and ends them when the connection ends. Both have the same version: the supervisor
-//! copies its own program to the other machine.
+//! copies its own program to the other machine, or one for its processor, or has it built there.
 
 mod agent;
 mod agent_health;
@@ -15,6 +15,7 @@ mod agent_process;
 mod agent_renewal;
 mod agent_setup;
 mod agent_starts;
+mod archive;
 mod connection;
 mod copied_list;
 mod copies;
@@ -25,6 +26,7 @@ mod log_tail;
 mod remote_process;
 mod socket_proxy;
 pub(crate) mod ssh;
+pub(crate) mod there;
 mod timed_stream;
 
 pub use agent_setup::agent;
@@ -35,6 +37,12 @@ pub(crate) use remote_process::{Outbox, RemoteProcess};
 
 use rc_deploy_network::plan::{Component, Environment};
 use std::time::Duration;
+
+/// The hash of this program, under which a host keeps its own `rcdeploy`.
+pub(crate) fn own_hash() -> std::io::Result<String> {
+    connection::described(std::path::Path::new(crate::process::own_program::OWN))
+        .map(|file| file.hash)
+}
 
 /// Message of the supervisor to an agent.
 pub(crate) type SupervisorMessage = rc_management::agent::SupervisorMessage<Component, Environment>;

@@ -86,22 +86,42 @@ pub(crate) fn start(
 /// temporary files. There, it has to be a folder of the user and no link, which another user may have
 /// made and changes later. A file without an interpreter line finds that out: the shell runs it itself
 /// unless the system refuses it.
-pub(crate) fn script(hash: &str, size: u64) -> String {
+///
+/// With `other`, the host has another processor, or builds its programs. An `rcdeploy` of this version that
+/// is installed there serves then, too.
+pub(crate) fn script(hash: &str, size: u64, other: bool) -> String {
+    let choose = choose();
+    let version = env!("CARGO_PKG_VERSION");
+    let installed = if other {
+        format!(
+            "if [ $w = wants ]; then i=\"$(command -v rcdeploy)\"; \
+             [ \"$i\" ] && [ \"$(\"$i\" --version)\" = \"rcdeploy {version}\" ] && cp \"$i\" \"$n\" && mv \"$n\" \"$f\" && w=has; fi; "
+        )
+    } else {
+        String::new()
+    };
     format!(
-        "umask 077; u=\"robocomp-$(id -u)\"; c=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; \
-         for d in \"$c\" \"/var/tmp/$u\" \"/tmp/$u\"; do \
-         t=\"$d/.try.$$\"; w=no; \
-         mkdir -p \"$d\" && [ -O \"$d\" ] && {{ [ \"$d\" = \"$c\" ] || [ \"$(find \"$d\" -prune -type d -user $(id -u))\" ]; }} && echo exit 0 > \"$t\" && chmod 700 \"$t\" && \"$t\" && w=has; \
-         rm -f \"$t\"; [ $w = no ] || break; \
-         done 2>/dev/null; \
-         [ $w = has ] || {{ echo \"{NO_PROGRAMS}: ${{XDG_CACHE_HOME:-$HOME/.cache}}, /var/tmp, /tmp\" >&2; exit 1; }}; \
+        "umask 077; {choose}; \
          f=\"$d/{COPY}{hash}\"; n=\"$f.$$\"; \
-         [ -x \"$f\" ] || w=wants; \
+         [ -x \"$f\" ] || w=wants; {installed}\
          echo; echo \"{TOKEN} $w $(uname -sm)\"; \
          if [ $w = wants ]; then \
          head -c {size} > \"$n\" && [ $(wc -c < \"$n\") -eq {size} ] && chmod 700 \"$n\" && mv \"$n\" \"$f\" || {{ rm -f \"$n\"; exit 1; }}; \
          fi; \
          touch \"$f\"; echo; echo \"{TOKEN} stored\"; exec \"$f\" agent"
+    )
+}
+
+/// The commands that let `d` be a folder in which programs may run, and `w` be `has`.
+pub(super) fn choose() -> String {
+    format!(
+        "u=\"robocomp-$(id -u)\"; c=\"${{XDG_CACHE_HOME:-$HOME/.cache}}/robocomp\"; \
+         for d in \"$c\" \"/var/tmp/$u\" \"/tmp/$u\"; do \
+         t=\"$d/.try.$$\"; w=no; \
+         mkdir -p \"$d\" && [ -O \"$d\" ] && {{ [ \"$d\" = \"$c\" ] || [ \"$(find \"$d\" -prune -type d -user $(id -u))\" ]; }} && echo exit 0 > \"$t\" && chmod 700 \"$t\" && \"$t\" && w=has; \
+         rm -f \"$t\"; [ $w = no ] || break; \
+         done 2>/dev/null; \
+         [ $w = has ] || {{ echo \"{NO_PROGRAMS}: ${{XDG_CACHE_HOME:-$HOME/.cache}}, /var/tmp, /tmp\" >&2; exit 1; }}"
     )
 }
 
@@ -177,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_script_passes_through_any_shell() {
-        let script = script("abc", 7);
+        let script = script("abc", 7, true);
         assert!(!script.contains(['\'', '\n', '!']), "{script}");
         assert!(script.contains("/rcdeploy-abc\"; "), "{script}");
     }
@@ -193,7 +213,7 @@ mod tests {
         }
         mounts.push_str(more);
         let program = "echo \"I am $0\"\n";
-        let script = script("abc", program.len() as u64);
+        let script = script("abc", program.len() as u64, false);
         let unshare = |words: &[&str]| {
             let mut command = Command::new("unshare");
             command.args(["--user", "--map-root-user", "--mount", "sh", "-c"]);
@@ -245,6 +265,7 @@ mod tests {
             address: "10.0.0.2".to_owned(),
             user: None,
             workspace: None,
+            elsewhere: None,
         };
         let told = explain(&host, "it ended", &err);
         assert!(told.contains("/.cache, /var/tmp, /tmp (full,"), "{told}");
@@ -257,6 +278,7 @@ mod tests {
             address: "10.0.0.2".to_owned(),
             user: Some("pi".to_owned()),
             workspace: None,
+            elsewhere: None,
         };
         for (complaint, advice) in [
             (

@@ -178,6 +178,7 @@ mod tests {
                 address: name.to_owned(),
                 user: None,
                 workspace: None,
+                elsewhere: None,
             }),
             ..Component::new(format!("c{at}"), "/bin/true", "/")
         });

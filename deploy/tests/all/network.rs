@@ -17,6 +17,7 @@ mod dds_python;
 mod exact;
 mod foxglove_clients;
 mod groups;
+mod host_builds;
 mod house;
 mod iceoryx2_python;
 mod inner_model;

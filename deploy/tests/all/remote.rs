@@ -18,6 +18,7 @@ fn robot() -> Host {
         address: "robot".to_owned(),
         user: Some("pi".to_owned()),
         workspace: None,
+        elsewhere: None,
     }
 }
 

@@ -1,10 +1,10 @@
 //! The check of one executable: whether it is the component that the network means, and can run
-//! here.
+//! on its host.
 
 use super::{has_all, hash, processor};
 use rc_codegen::Project;
 use rc_codegen::note::Note;
-use rc_ddsl::model::Instance;
+use rc_ddsl::model::{Instance, Processor};
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_vocabulary::Middlewares;
 use std::io;
@@ -15,7 +15,7 @@ pub(super) fn check(
     path: &Path,
     notes: &io::Result<Vec<Note>>,
     place: Span,
-    (instance, needed): (&Instance, Middlewares),
+    (instance, needed, processor): (&Instance, Middlewares, Option<Processor>),
     project: &Project,
     build: &str,
     found: &mut Diagnostics,
@@ -77,12 +77,17 @@ pub(super) fn check(
                 note.middleware,
             ),
         ),
-        Ok(Some(_)) if processor::of(path) != processor::own(path) => {
+        Ok(Some(_)) if processor::of(path) != processor::wanted(path, processor) => {
             let of = processor::of(path).map_or("no processor", processor::name);
-            let own = processor::own(path).map_or("another one", processor::name);
-            let message = format!("{} is for {of}, and this machine is {own}", path.display());
+            let wanted = processor::wanted(path, processor).map_or("another one", processor::name);
+            let machine = if processor.is_some() {
+                "its host"
+            } else {
+                "this machine"
+            };
+            let message = format!("{} is for {of}, and {machine} is {wanted}", path.display());
             let error = Diagnostic::error("wrong-processor", place, message);
-            found.push(error.help("components run on machines of this kind; build it here"));
+            found.push(error.help(build));
             return;
         }
         Ok(Some(_)) if may_run(path) => return,

@@ -1,5 +1,6 @@
 //! The processor that an executable is for, as its ELF header says (`e_machine`, elf(5)).
 
+use rc_ddsl::model::Processor;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::path::Path;
 const OWN: &str = "/proc/self/exe";
 
 /// The number of the processor of a program. `None` for a script and other files that are not ELF.
-pub(super) fn of(path: &Path) -> Option<u16> {
+pub(crate) fn of(path: &Path) -> Option<u16> {
     let mut header = [0; 20];
     File::open(path).ok()?.read_exact(&mut header).ok()?;
     let (magic, rest) = header.split_at(4);
@@ -20,22 +21,20 @@ pub(super) fn of(path: &Path) -> Option<u16> {
     })
 }
 
-/// The number that a program has to have here. `None` if it may have none.
-pub(super) fn own(program: &Path) -> Option<u16> {
+/// The number that a program has to have for this processor, or here. `None` if it may have none.
+pub(crate) fn wanted(program: &Path, processor: Option<Processor>) -> Option<u16> {
     of(program)?;
-    of(Path::new(OWN))
+    processor.map_or_else(|| of(Path::new(OWN)), |processor| Some(processor.elf()))
 }
 
 /// The name of a processor, as `uname -m` has it.
-pub(super) fn name(number: u16) -> &'static str {
-    match number {
-        3 => "i686",
-        40 => "armv7l",
-        62 => "x86_64",
-        183 => "aarch64",
-        243 => "riscv64",
-        _ => "another processor",
-    }
+pub(crate) fn name(number: u16) -> &'static str {
+    Processor::from_elf(number).map_or("another processor", Processor::machine)
+}
+
+/// The processor of this machine.
+pub(crate) fn own() -> Option<Processor> {
+    of(Path::new(OWN)).and_then(Processor::from_elf)
 }
 
 #[cfg(test)]
@@ -57,8 +56,9 @@ mod tests {
         header[5] = 2;
         header[18..20].copy_from_slice(&[0, 62]);
         assert_eq!(with(&header).map(name), Some("x86_64"));
-        assert_eq!(own(&path), of(Path::new(OWN)));
+        assert_eq!(wanted(&path, None), of(Path::new(OWN)));
+        assert_eq!(wanted(&path, Some(Processor::Arm64)), Some(183));
         assert_eq!(with(b"#!/bin/sh\nexec python3 worker.py\n"), None);
-        assert_eq!((own(&path), with(b"\x7fELF")), (None, None));
+        assert_eq!((wanted(&path, None), with(b"\x7fELF")), (None, None));
     }
 }

@@ -23,6 +23,7 @@ fn network(u: &mut Unstructured<'_>) -> Result<Graph> {
         name: (*name).to_owned(),
         address: "10.0.0.2".to_owned(),
         user: Some("pi".to_owned()),
+        build: None,
     };
     let names = ["localhost", "robot", "station"];
     let hosts: Vec<Host> = names[..u.int_in_range(1..=3)?].iter().map(host).collect();

@@ -66,6 +66,7 @@ pub(super) fn on(host: &str, component: Component) -> Component {
         address: format!("{host}.local"),
         user: None,
         workspace: None,
+        elsewhere: None,
     };
     Component {
         host: Some(host),

@@ -297,6 +297,7 @@ fn the_status_describes_the_present_run() {
         address: "robot.local".to_owned(),
         user: None,
         workspace: None,
+        elsewhere: None,
     };
     let mut bench = Bench::new(Component {
         host: Some(host),

@@ -4,7 +4,7 @@ use super::{CONDITION, Keyword};
 
 /// The keywords that are allowed inside a statement, by language and by the first word of the
 /// statement; `*` for any.
-pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 18] = [
+pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 19] = [
     (
         "idsl",
         "exception",
@@ -98,6 +98,17 @@ pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 18] = [
             ("max", "The most restarts: `max 3 within 1min`."),
             ("within", "The time in which restarts are counted."),
             ("backoff", "The pause before a restart."),
+        ],
+    ),
+    (
+        "ddsl",
+        "build",
+        &[
+            (
+                "jobs",
+                "How many processors of the host compile at once: `jobs 2`.",
+            ),
+            ("nice", "The niceness of the build on the host: `nice 10`."),
         ],
     ),
     (

@@ -293,6 +293,8 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
                 "link",
                 "The capacity of its link to other hosts, such as `\"100 Mbit/s\"`.",
             ),
+            ("arch", "Its processor: amd64, arm64, armhf or riscv64."),
+            ("build", "Where its programs are built: `build there;`."),
         ],
     ),
     (

@@ -1,0 +1,492 @@
+//! Builds programs on a host: sends it the sources and the lock file, lets its cargo build, and shows
+//! the progress. Nothing but ssh, a shell and a Rust toolchain is needed there.
+//!
+//! The sources are below `build` next to the copies of networks, each at its path here, and stay, so that
+//! the next build sends and compiles what has changed. After an error, the next build goes on.
+
+use super::archive::{self, Content, Entry};
+use super::connection::said;
+use super::copies::{describe, mirrored};
+use super::known_hashes::KnownHashes;
+use super::ssh::{self, TOKEN};
+use super::timed_stream::{TimedStream, read_line};
+use crate::process::identity::{Mark, first_readable};
+use rc_deploy_client::error::print_error;
+use rc_deploy_network::plan::Host;
+use rc_deploy_network::{Build, Source, Sources};
+use rc_diagnostics::foreign::{clean, clean_lines};
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use sha2::{Digest, Sha256};
+use std::collections::{HashSet, VecDeque};
+use std::fs::{self, File};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How many lines of cargo are kept to explain a failure.
+const KEPT: usize = 60;
+/// The most bytes of the complaint of ssh.
+const COMPLAINT: u64 = 2000;
+/// How long ssh may take to end.
+const SETTLE_LIMIT: Duration = Duration::from_secs(3);
+/// How a complaint about another build begins.
+const HELD: &str = "another build runs in";
+
+/// What to build, and how.
+#[derive(Debug)]
+pub(crate) struct Order<'o> {
+    pub(crate) host: &'o Host,
+    pub(crate) build: &'o Build,
+    pub(crate) network: &'o str,
+    /// The number of jobs of cargo.
+    pub(crate) jobs: Option<u16>,
+    pub(crate) nice: u8,
+    /// The hash of this program: the host keeps its own `rcdeploy` under it.
+    pub(crate) own: &'o str,
+    /// Where the hashes of the sources are kept.
+    pub(crate) hashes: PathBuf,
+}
+
+/// What the host says first.
+struct Greeting {
+    /// The folder of the sources.
+    folder: PathBuf,
+    /// `cargo 1.95.0 (…)`; empty if there is none.
+    cargo: String,
+    /// The free kB of its disk.
+    free: String,
+    /// Whether it has `rcdeploy` for this program.
+    has_rcdeploy: bool,
+}
+
+/// Builds on a host.
+///
+/// # Errors
+/// Why it could not be built, for people.
+pub(crate) fn build(order: &Order<'_>, mark: &Mark) -> Result<(), String> {
+    let failed = |error: io::Error| error.to_string();
+    let sources = Sources::of(order.build).map_err(|error| error.to_string())?;
+    let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
+    let mut complaint = File::from(memory.map_err(|error| failed(error.into()))?);
+    let log = complaint.try_clone().map_err(failed)?;
+    let script = script(order.own);
+    let begin = format!("s=$(head -c {}) && eval \"$s\"", script.len());
+    let (mut child, stream) = ssh::start(order.host, &begin, log, mark)?;
+    let outcome = stream
+        .set_nonblocking(true)
+        .map_err(failed)
+        .and_then(|()| talk(order, &sources, &script, stream));
+    // It says why the connection has ended, and what runs there ends with it.
+    if let Ok(process) = pidfd_open(Pid::from_child(&child), PidfdFlags::empty()) {
+        first_readable([&process], SETTLE_LIMIT);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+    let Err(why) = outcome else {
+        return Ok(());
+    };
+    let mut text = Vec::new();
+    let read = complaint
+        .seek(SeekFrom::Start(0))
+        .and_then(|_| complaint.take(COMPLAINT).read_to_end(&mut text));
+    read.map_err(failed)?;
+    let text = clean_lines(&String::from_utf8_lossy(&text), COMPLAINT as usize);
+    Err(explain(order.host, &why, &text))
+}
+
+/// The conversation over the standard streams of ssh.
+fn talk(
+    order: &Order<'_>,
+    sources: &Sources,
+    script: &str,
+    stream: UnixStream,
+) -> Result<(), String> {
+    let lost = |error: io::Error| lost(&error);
+    let name = &order.host.name;
+    let stream = OwnedFd::from(stream);
+    let mut out = TimedStream(stream.try_clone().map_err(lost)?);
+    let mut input = BufReader::new(TimedStream(stream));
+    out.write_all(script.as_bytes()).map_err(lost)?;
+    let greeting = Greeting {
+        folder: PathBuf::from(said(&mut input)?),
+        cargo: said(&mut input)?,
+        free: said(&mut input)?,
+        has_rcdeploy: said(&mut input)? == "has",
+    };
+    check_cargo(order.host, &greeting.cargo, sources)?;
+    if greeting.has_rcdeploy && order.build.built == ["rcdeploy"] {
+        return Ok(());
+    }
+    let places = Places::of(sources, &greeting.folder);
+    let mut known = KnownHashes::read(order.hashes.clone());
+    let files = places.files(sources, &mut known)?;
+    known.finish();
+    let mut list = String::new();
+    for (hash, entry) in &files {
+        if let Some(hash) = hash {
+            list.push_str(&format!("{hash}  {}\n", entry.path.display()));
+        }
+    }
+    out.write_all(format!("{}\n{list}", list.len()).as_bytes())
+        .map_err(lost)?;
+    let missing = missing(&mut input)?;
+    let is_missing =
+        |(hash, entry): &(Option<String>, Entry)| hash.is_none() || missing.contains(&entry.path);
+    let entries: Vec<Entry> = files
+        .into_iter()
+        .filter(is_missing)
+        .map(|(_, entry)| entry)
+        .collect();
+    let size = archive::size(&entries);
+    if !missing.is_empty() {
+        print_error(format_args!(
+            "rcdeploy: {name}: {} files of sources are copied",
+            missing.len()
+        ));
+    }
+    out.write_all(format!("{size}\n").as_bytes())
+        .map_err(lost)?;
+    archive::write(&entries, &mut out).map_err(lost)?;
+    said(&mut input)?;
+    let run = run(order, &places);
+    print_error(format_args!(
+        "rcdeploy: {name}: cargo builds {} there",
+        order.build.packages.join(", ")
+    ));
+    out.write_all(format!("{}\n{run}", run.len()).as_bytes())
+        .map_err(lost)?;
+    follow(order.host, &greeting, &mut input)
+}
+
+/// Refuses a host without cargo, or with one that cannot build the packages.
+fn check_cargo(host: &Host, cargo: &str, sources: &Sources) -> Result<(), String> {
+    let to = ssh::destination(host);
+    if cargo.is_empty() {
+        return Err(format!(
+            "it has no cargo; install Rust there (https://rustup.rs), or write `build here;` in its `Host`. \
+             Then `ssh {to} cargo --version` names it"
+        ));
+    }
+    let version = cargo.split(' ').nth(1).unwrap_or_default();
+    let mut parts = version.split('.').map(str::parse::<u64>);
+    let (Some(Ok(major)), Some(Ok(minor))) = (parts.next(), parts.next()) else {
+        return Ok(());
+    };
+    match sources.rust {
+        Some(wanted) if (major, minor) < wanted => Err(format!(
+            "its cargo {version} is too old: the packages need Rust {}.{}; `ssh {to} rustup update stable` renews it",
+            wanted.0, wanted.1
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Where the folders of sources are on the host.
+struct Places {
+    /// The folder of the sources there.
+    there: PathBuf,
+    /// The folders here, the longest first.
+    folders: Vec<PathBuf>,
+}
+
+impl Places {
+    fn of(sources: &Sources, there: &Path) -> Self {
+        let mut folders = sources.folders.clone();
+        folders.sort_by_key(|folder| std::cmp::Reverse(folder.as_os_str().len()));
+        Self {
+            there: there.to_path_buf(),
+            folders,
+        }
+    }
+
+    /// The path on the host.
+    fn path(&self, path: &Path) -> PathBuf {
+        mirrored(&self.there, path)
+    }
+
+    /// The entries of the archive with all sources, each file with its hash.
+    fn files(
+        &self,
+        sources: &Sources,
+        known: &mut KnownHashes,
+    ) -> Result<Vec<(Option<String>, Entry)>, String> {
+        let relative = |path: &Path| mirrored(Path::new(""), path);
+        let mut entries = Vec::new();
+        for source in &sources.files {
+            let entry = match source {
+                Source::Link(path, to) => {
+                    let content = Content::Link(self.path(to));
+                    let path = relative(path);
+                    (None, Entry { path, content })
+                }
+                // A line of the list has one name.
+                Source::File(path)
+                    if path
+                        .as_os_str()
+                        .as_bytes()
+                        .iter()
+                        .any(|b| b"\n\\".contains(b)) =>
+                {
+                    continue;
+                }
+                Source::File(from) => {
+                    let cannot =
+                        |error: io::Error| format!("cannot read {}: {error}", from.display());
+                    let path = relative(from);
+                    if let Some(text) = self.rewritten(from).map_err(cannot)? {
+                        let content = Content::Text(text.into_bytes());
+                        let hash = hash(&content);
+                        entries.push((Some(hash), Entry { path, content }));
+                        continue;
+                    }
+                    let file = describe(from, Some(known), &mut || Ok(())).map_err(cannot)?;
+                    let content = Content::File {
+                        from: from.clone(),
+                        size: file.size,
+                        executable: file.executable,
+                    };
+                    (Some(file.hash), Entry { path, content })
+                }
+            };
+            entries.push(entry);
+        }
+        Ok(entries)
+    }
+
+    /// The text of a file whose absolute paths of this machine become those of the host: a manifest, a
+    /// configuration of cargo, or a generated description. `None` for other files, and without such a
+    /// path.
+    fn rewritten(&self, path: &Path) -> io::Result<Option<String>> {
+        let name = path.file_name().unwrap_or_default();
+        let has_paths = ["Cargo.toml", "config.toml", "description.rs"]
+            .iter()
+            .any(|known| name == *known);
+        if !has_paths {
+            return Ok(None);
+        }
+        let Ok(text) = String::from_utf8(fs::read(path)?) else {
+            return Ok(None);
+        };
+        let mut pieces = text.split('"').map(str::to_owned).collect::<Vec<_>>();
+        let mut changed = false;
+        for piece in &mut pieces {
+            let Some(path) = self.known(Path::new(&*piece)) else {
+                continue;
+            };
+            *piece = self.path(&path).to_string_lossy().into_owned();
+            changed = true;
+        }
+        Ok(changed.then(|| pieces.join("\"")))
+    }
+
+    /// The real path of an absolute path into the sources.
+    fn known(&self, path: &Path) -> Option<PathBuf> {
+        if !path.is_absolute() {
+            return None;
+        }
+        let real = path.canonicalize().ok()?;
+        let is_known = self.folders.iter().any(|folder| real.starts_with(folder));
+        is_known.then_some(real)
+    }
+}
+
+fn hash(content: &Content) -> String {
+    let Content::Text(text) = content else {
+        return String::new();
+    };
+    let hash = Sha256::digest(text);
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The paths that the host lacks, or has with another content.
+fn missing(input: &mut BufReader<TimedStream>) -> Result<HashSet<PathBuf>, String> {
+    let mut missing = HashSet::new();
+    loop {
+        let line = read_line(input).map_err(|(_, error)| lost(&error))?;
+        match line.split_once(TOKEN) {
+            Some(_) => return Ok(missing),
+            None if line.is_empty() => {}
+            None => drop(missing.insert(PathBuf::from(line))),
+        }
+    }
+}
+
+/// The commands that build, and that put the programs where their networks look for them.
+fn run(order: &Order<'_>, places: &Places) -> String {
+    let build = order.build;
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut words = vec!["cargo".to_owned()];
+    let mut args = build.args.iter();
+    let mut has_target = false;
+    while let Some(arg) = args.next() {
+        words.push(quoted(arg.as_bytes()));
+        let value = |path: PathBuf| quoted(path.as_os_str().as_bytes());
+        if arg == "--manifest-path" {
+            words.extend(
+                args.next()
+                    .map(|path| value(places.path(&real(Path::new(path))))),
+            );
+        } else if arg == "--target-dir" {
+            has_target = true;
+            words.extend(args.next().map(|path| value(places.path(Path::new(path)))));
+        }
+    }
+    let there = |path: &Path| quoted(places.path(path).as_os_str().as_bytes());
+    if !has_target {
+        words.extend(["--target-dir".to_owned(), there(&build.target)]);
+    }
+    if let Some(jobs) = order.jobs {
+        words.push(format!("--jobs {jobs}"));
+    }
+    let mut run = format!(
+        "unset CARGO_BUILD_TARGET CARGO_TARGET_DIR; cd {} && nice -n {} {} || exit 1\n\
+         put() {{ mkdir -p \"${{2%/*}}\" && rm -f \"$2\" && {{ ln \"$1\" \"$2\" 2>/dev/null || cp \"$1\" \"$2\"; }} || exit 1; }}\n",
+        there(&real(&build.root)),
+        order.nice,
+        words.join(" ")
+    );
+    let networks = places.there.with_file_name("networks").join(order.network);
+    for program in &build.built {
+        let from = build.results.join(program);
+        let to = if program == "rcdeploy" {
+            places
+                .there
+                .with_file_name(format!("{}{}", ssh::COPY, order.own))
+        } else {
+            mirrored(&networks, &from)
+        };
+        run.push_str(&format!(
+            "put {} {}\n",
+            there(&from),
+            quoted(to.as_os_str().as_bytes())
+        ));
+    }
+    run
+}
+
+/// A word of a shell.
+fn quoted(word: &[u8]) -> String {
+    format!("'{}'", String::from_utf8_lossy(word).replace('\'', "'\\''"))
+}
+
+/// Shows what cargo prints until it has ended.
+fn follow(
+    host: &Host,
+    greeting: &Greeting,
+    input: &mut BufReader<TimedStream>,
+) -> Result<(), String> {
+    let mut last: VecDeque<String> = VecDeque::new();
+    loop {
+        let line = read_line(input).map_err(|(_, error)| lost(&error))?;
+        let (text, said) = match line.split_once(TOKEN) {
+            Some((text, said)) => (text, Some(said.trim())),
+            None => (&*line, None),
+        };
+        if !text.trim().is_empty() {
+            let text = clean(text);
+            print_error(format_args!("{}: {text}", host.name));
+            if last.len() == KEPT {
+                last.pop_front();
+            }
+            last.push_back(text);
+        }
+        let Some(code) = said.and_then(|said| said.strip_prefix("ended ")) else {
+            continue;
+        };
+        if code == "0" {
+            return Ok(());
+        }
+        let has = |text: &str| last.iter().any(|line| line.contains(text));
+        return Err(if has("No space left on device") || has("os error 28") {
+            full(&greeting.folder, &greeting.free)
+        } else if has("linker `cc` not found") || has("failed to find tool") {
+            "it has no C compiler; install it there (on Debian and Ubuntu: apt install build-essential)".to_owned()
+        } else if has("failed to download") || has("Could not resolve host") {
+            "it cannot download the packages of crates.io; connect it to the internet once, or write `build here;` in its `Host`".to_owned()
+        } else {
+            format!("cargo failed there (exit code {code})")
+        });
+    }
+}
+
+fn full(folder: &Path, free: &str) -> String {
+    let free = free.parse::<u64>().map_or(String::new(), |kb| {
+        format!(" ({} MB were free before)", kb / 1000)
+    });
+    format!(
+        "its disk is full{free}; make room, or set XDG_CACHE_HOME there to a folder of a larger disk. What is built is kept in {}, and \
+         the next `rcdeploy up --build` goes on",
+        folder.display()
+    )
+}
+
+/// Why the connection cannot be used.
+fn lost(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof
+        | io::ErrorKind::BrokenPipe
+        | io::ErrorKind::ConnectionReset => LOST.to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+const LOST: &str = "the connection has ended";
+
+fn explain(host: &Host, why: &str, complaint: &str) -> String {
+    if complaint.contains("No space left on device") {
+        return full(Path::new("~/.cache/robocomp/build"), "");
+    }
+    if why != LOST {
+        return why.to_owned();
+    }
+    if complaint.contains(HELD) {
+        return complaint.trim().to_owned();
+    }
+    let told = ssh::explain(host, why, complaint);
+    if told == LOST {
+        return format!("{told}; the next `rcdeploy up --build` goes on where it was");
+    }
+    told
+}
+
+/// What the host runs. It receives the list of the files, an archive of those that are missing, and the
+/// commands, each after a line with its length.
+fn script(own: &str) -> String {
+    let choose = ssh::choose();
+    let copy = ssh::COPY;
+    format!(
+        r#"umask 077
+PATH="$HOME/.cargo/bin:$PATH"; export PATH LC_ALL=C
+{choose}
+b="$d/build"
+mkdir -p "$b" && cd "$b" || exit 1
+if command -v flock >/dev/null; then exec 9>.lock; flock -w 10 9 || {{ echo "{HELD} $b; wait until it has ended" >&2; exit 1; }}; fi
+say() {{ echo; echo "{TOKEN} $1"; }}
+say "$b"
+say "$(cargo --version 2>/dev/null)"
+say "$(df -Pk . | tail -n 1 | awk "{{ print \$4 }}")"
+say "$([ -x "$d/{copy}{own}" ] && echo has)"
+read -r n && head -c "$n" > .list.new || exit 1
+if [ -f .list ]; then
+    cut -c67- .list | sort > .old; cut -c67- .list.new | sort > .new
+    comm -23 .old .new | while IFS= read -r p; do rm -f -- "$p"; done
+fi
+mv .list.new .list || exit 1
+sha256sum -c .list 2>/dev/null | sed -n "s/: FAILED.*//p"
+say missing
+read -r n && head -c "$n" | tar -xmf - || exit 1
+say stored
+read -r n && head -c "$n" > .run || exit 1
+exec 3<&0
+setsid sh .run < /dev/null 2>&1 3<&- 9>&- & p=$!
+( cat <&3 > /dev/null; kill -TERM -- "-$p" ) 9>&- 2>/dev/null & w=$!
+while sleep 2 > /dev/null && kill -0 "$p"; do say works; done 9>&- 2>/dev/null & s=$!
+wait "$p"; r=$?
+kill "$w" "$s" 2>/dev/null
+say "ended $r"
+"#
+    )
+}

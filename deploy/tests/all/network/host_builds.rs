@@ -1,0 +1,216 @@
+//! Programs of hosts with another processor, and of hosts that build. Scripts stand for ssh and for the
+//! cargo that compiles.
+
+use rc_test_site::other_host;
+use rc_test_site::site::{CommandOutput, Site, rcdeploy};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+
+/// Another processor than that of this machine: its word, the name of `uname -m`, and the platform.
+const OTHER: [&str; 3] = if cfg!(target_arch = "aarch64") {
+    ["amd64", "x86_64", "x86_64-unknown-linux-gnu"]
+} else {
+    ["arm64", "aarch64", "aarch64-unknown-linux-gnu"]
+};
+
+const NETWORK: &str = r#"
+Deployment patrol
+{
+    middleware iceoryx2;
+    Host robot { address "robot"; HOST };
+    Component simulator { cdsl "../simulator/simulator.cdsl"; host robot; };
+};
+"#;
+
+fn site(name: &str, host: &str) -> Site {
+    let site = Site::new(name);
+    write_ddsl(&site, host);
+    site
+}
+
+fn write_ddsl(site: &Site, host: &str) {
+    site.write_ddsl(&NETWORK.replace("HOST", &host.replace("OTHER", OTHER[0])));
+}
+
+fn script(path: &Path, text: &str) {
+    fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    fs::write(path, format!("#!/bin/sh\n{text}")).expect("written");
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("set");
+}
+
+fn up(site: &Site, args: &[&str], variables: &[(&str, &Path)]) -> CommandOutput {
+    let mut command = Command::new(rcdeploy());
+    command.args(["up", "--detach", "--profile", "dev"]);
+    command.args(args).arg(site.ddsl());
+    command.envs(variables.iter().copied());
+    site.run(command)
+}
+
+/// A host builds its programs: what can go wrong there is told with its fix, and the next build goes on.
+#[test]
+fn a_host_with_another_processor_builds_its_programs() {
+    let site = site("built_there", "arch OTHER; build there jobs 2 nice 7;");
+    let folder = site.path("");
+    let ssh = other_host::ssh(&folder);
+    // The host says that it has another processor.
+    script(
+        &site.path("bin/uname"),
+        &format!("echo Linux {}\n", OTHER[1]),
+    );
+    let text = fs::read_to_string(&ssh).expect("a script");
+    let path = format!("export PATH={}:$PATH\n", site.path("bin").display());
+    fs::write(
+        &ssh,
+        text.replace("echo \"Welcome", &format!("{path}echo \"Welcome")),
+    )
+    .expect("written");
+    let cargo = site.path("away/home/.cargo/bin/cargo");
+    let build = |does: &str| {
+        script(&cargo, does);
+        let run = up(&site, &["--build"], &[("RC_SSH", &ssh)]);
+        (run.code, run.stderr)
+    };
+
+    let (code, said) = build("exit 1\n");
+    assert!(
+        code == 3 && said.contains("host robot did not build: it has no cargo; "),
+        "{said}"
+    );
+    let (code, said) = build("echo 'cargo 1.60.0 (d1fd9fe2c 2022-03-01)'\n");
+    let advice = "its cargo 1.60.0 is too old: the packages need Rust ";
+    assert!(code == 3 && said.contains(advice), "{said}");
+    assert!(said.contains("`ssh robot rustup update stable`"), "{said}");
+
+    let version = "[ \"$1\" = --version ] && { echo 'cargo 99.0.0 (x)'; exit 0; }\n";
+    let full = "echo 'error: failed to write x.rmeta: No space left on device (os error 28)' >&2; exit 101\n";
+    let (code, said) = build(&format!("{version}{full}"));
+    assert!(code == 3 && said.contains("its disk is full ("), "{said}");
+    assert!(said.contains("files of sources are copied"), "{said}");
+    assert!(
+        said.contains("robot: error: failed to write x.rmeta"),
+        "{said}"
+    );
+
+    // The connection ends while it builds, and the build with it.
+    let lost = format!(
+        "echo $$ > {0}/cargo.pid; kill -9 -$(cat {0}/ssh.pid); sleep 60\n",
+        folder.display()
+    );
+    let (code, said) = build(&format!("{version}{lost}"));
+    assert!(code == 3 && said.contains("goes on where it was"), "{said}");
+    // Nothing was sent again.
+    assert!(!said.contains("files of sources"), "{said}");
+    let pid = fs::read_to_string(site.path("cargo.pid")).expect("a pid");
+    let process = Path::new("/proc").join(pid.trim());
+    Site::until("the end of the build there", || !process.exists());
+
+    // Cargo there has made the programs.
+    let makes = format!(
+        "echo \"$(nice) $*\" >> {}/cargo.log\nwhile [ \"$1\" ]; do [ \"$1\" = --target-dir ] && t=\"$2/debug\"; shift; done\n\
+         mkdir -p \"$t\" && cp {} {} \"$t\"\n",
+        folder.display(),
+        Site::executable("simulator").display(),
+        rcdeploy().display(),
+    );
+    let (code, said) = build(&format!("{version}{makes}"));
+    assert_eq!(code, 0, "{said}{}", site.log("rcdeploy"));
+    site.await_component("simulator", |one| one["state"] == "running");
+    let log = fs::read_to_string(site.path("cargo.log")).expect("a log");
+    let lines: Vec<&str> = log.lines().collect();
+    let [components, tools] = lines[..] else {
+        panic!("{log}")
+    };
+    let there = site.path("away/home/.cache/robocomp");
+    for line in lines {
+        assert!(line.starts_with("7 build "), "{log}");
+        assert!(line.ends_with("--jobs 2"), "{log}");
+        assert!(line.contains("/away/home/.cache/robocomp/build/"), "{log}");
+    }
+    assert!(components.contains(" --bin simulator "), "{log}");
+    assert!(
+        tools.contains(" --package rc-deploy ") && tools.contains(" --bin rcdeploy "),
+        "{log}"
+    );
+    // The agent is the program that the host has built, and so is the component.
+    let running = site.status()["components"][0]["pid"].to_string();
+    let program = fs::read_link(format!("/proc/{running}/exe")).expect("a process");
+    assert!(
+        program.starts_with(there.join("networks").join(&site.network)),
+        "{program:?}"
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.await_nothing_left();
+
+    let plan = site.rcdeploy(&["plan", "--unbuilt"], true);
+    let line = format!(
+        "\nhost robot: {}, its programs are built there, 2 at once, with niceness 7\n",
+        OTHER[0]
+    );
+    assert!(plan.stdout.contains(&line), "{plan:?}");
+}
+
+/// This machine builds for a host, up to the call of cargo.
+#[test]
+fn this_machine_builds_for_another_processor() {
+    let site = site("cross_built", "arch OTHER; build here;");
+    let ssh = other_host::ssh(&site.path(""));
+    let rustc = site.path("bin/rustc");
+    let linker = format!(
+        "CARGO_TARGET_{}_LINKER",
+        OTHER[2].to_uppercase().replace('-', "_")
+    );
+    // The real one knows the packages.
+    let real = std::env::var_os("CARGO").expect("the tests run by cargo");
+    let cargo = site.path("bin/cargo");
+    script(
+        &cargo,
+        &format!(
+            "[ \"$1\" = metadata ] && exec {:?} \"$@\"\necho \"$*\" >> {}\nexit 1\n",
+            Path::new(&real),
+            site.path("cargo.log").display()
+        ),
+    );
+    let build = || {
+        let variables: [(&str, &Path); 4] = [
+            ("RC_SSH", &ssh),
+            ("CARGO", &cargo),
+            ("RUSTC", &rustc),
+            (&linker, Path::new("a-linker")),
+        ];
+        up(&site, &["--build", "--no-generate"], &variables)
+    };
+    script(&rustc, "echo /nowhere/lib\n");
+    let refused = build();
+    assert_eq!(refused.code, 1, "{refused:?}");
+    assert!(
+        refused.stderr.contains("error[missing-cross-compiler]"),
+        "{refused:?}"
+    );
+    let advice = format!("`rustup target add {}`; or write `build there;`", OTHER[2]);
+    assert!(refused.stderr.contains(&advice), "{refused:?}");
+    assert!(!site.path("cargo.log").exists());
+
+    script(&rustc, &format!("echo {}\n", site.path("").display()));
+    let built = build();
+    assert_eq!(built.code, 3, "{built:?}");
+    let log = fs::read_to_string(site.path("cargo.log")).expect("a log");
+    let wanted = format!(" --bin simulator --target {}\n", OTHER[2]);
+    assert!(log.starts_with("build ") && log.ends_with(&wanted), "{log}");
+    let plan = site.rcdeploy(&["plan", "--unbuilt", "--format", "json"], true);
+    let plan: serde_json::Value = serde_json::from_str(&plan.stdout).expect("JSON");
+    let build = &plan["hosts"][0]["build"];
+    assert_eq!(
+        (&build["arch"], &build["place"]),
+        (&OTHER[0].into(), &"here".into()),
+        "{plan}"
+    );
+    let program = plan["components"][0]["executable"]
+        .as_str()
+        .expect("a path");
+    assert!(
+        program.ends_with(&format!("{}/release/simulator", OTHER[2])),
+        "{program}"
+    );
+}
