@@ -85,7 +85,6 @@ impl Machine<'_> {
         let uptime = self.text("/proc/uptime")?;
         let uptime: f64 = uptime.split(' ').next()?.parse().ok()?;
         let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
-        #[expect(clippy::cast_possible_truncation, reason = "whole seconds are shown")]
         let boot = (now.as_secs_f64() - uptime) as i64;
         let files = std::fs::read_dir(self.path("/run")).ok()?.flatten();
         let oldest = files

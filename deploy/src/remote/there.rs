@@ -29,7 +29,7 @@ use std::time::Duration;
 /// How many lines of cargo are kept to explain a failure.
 const KEPT: usize = 60;
 /// The most bytes of the complaint of ssh.
-const COMPLAINT: u64 = 2000;
+const COMPLAINT: usize = 2000;
 /// How long ssh may take to end.
 const SETTLE_LIMIT: Duration = Duration::from_secs(3);
 /// How a complaint about another build begins.
@@ -91,9 +91,9 @@ pub(crate) fn build(order: &Order<'_>, mark: &Mark) -> Result<(), String> {
     let mut text = Vec::new();
     let read = complaint
         .seek(SeekFrom::Start(0))
-        .and_then(|_| complaint.take(COMPLAINT).read_to_end(&mut text));
+        .and_then(|_| complaint.take(COMPLAINT as u64).read_to_end(&mut text));
     read.map_err(failed)?;
-    let text = clean_lines(&String::from_utf8_lossy(&text), COMPLAINT as usize);
+    let text = clean_lines(&String::from_utf8_lossy(&text), COMPLAINT);
     Err(explain(order.host, &why, &text))
 }
 

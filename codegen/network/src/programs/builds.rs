@@ -130,8 +130,9 @@ impl Programs {
                     Some(middleware) => variant::program(package, middleware),
                 };
                 let programs = packages.iter().map(program).collect();
-                self.build(root, site, args, packages, profile)?
-                    .with(programs, staged)
+                Ok(self
+                    .build(root, site, args, packages, profile)?
+                    .with(programs, staged))
             })
             .chain(shared)
             .chain(launched)
@@ -205,7 +206,7 @@ impl Programs {
             args.extend(["--bin".into(), program.into()]);
         }
         let build = self.build(root, site, args, programs.clone(), profile)?;
-        build.with(programs, None).map(Some)
+        Ok(Some(build.with(programs, None)))
     }
 
     /// The build of the program of a process of several components.
@@ -232,8 +233,9 @@ impl Programs {
         option("--manifest-path", staged.manifest().into());
         option("--target-dir", target.folder.into());
         let packages = members.keys().cloned().collect();
-        self.build(root, site, args, packages, profile)?
-            .with(vec![program], Some(staged))
+        Ok(self
+            .build(root, site, args, packages, profile)?
+            .with(vec![program], Some(staged)))
     }
 
     /// The build of the components in Python and C++ of one workspace.
@@ -287,9 +289,9 @@ impl Programs {
         let args = launcher::build(&root, &target, profile, &crates)?.unwrap_or_default();
         let build = self.build(root, site, args, packages, profile)?;
         Ok(Build {
+            built,
             launchers,
             programs,
-            built,
             ..build
         })
     }
@@ -318,12 +320,12 @@ pub struct Build {
 }
 
 impl Build {
-    fn with(self, built: Vec<String>, staged: Option<Staged>) -> Result<Self, Error> {
-        Ok(Self {
+    fn with(self, built: Vec<String>, staged: Option<Staged>) -> Self {
+        Self {
             built,
             staged,
             ..self
-        })
+        }
     }
 
     /// The folder of generated variants that it builds, if it does.
