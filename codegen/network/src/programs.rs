@@ -25,7 +25,7 @@ use rc_codegen::paths::normal;
 use rc_codegen::{Project, copied, installed};
 use rc_ddsl::model::{Deployment, Instance};
 use rc_diagnostics::{Diagnostic, Diagnostics, Severity, Span};
-use rc_vocabulary::{Language, Middleware, Middlewares};
+use rc_vocabulary::{Builder, Language, Middleware, Middlewares};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
@@ -279,7 +279,7 @@ impl Programs {
         let Some(root) = Workspaces::root(project.code())? else {
             return Ok(None);
         };
-        let target = self.target(&root, self.sites.of(&self.deployment, instance, &root))?;
+        let target = self.target(&root, self.site_in(instance, project, &root))?;
         Ok(Some(target.programs(profile).join(program)))
     }
 
@@ -429,6 +429,16 @@ impl Programs {
                 program.display(),
                 self.needed[at],
             );
+        }
+        let host = instance.host.and_then(|(host, _)| self.processor(host));
+        let is_of_cmake = self
+            .project(at)
+            .is_some_and(|of| of.builder() == Builder::Cmake);
+        if instance.executable.is_none()
+            && is_of_cmake
+            && host.is_some_and(|of| processor::own() != Some(of))
+        {
+            return "cmake builds for this machine only: build it on a machine like the host, and name the program with `executable`".to_owned();
         }
         if instance.executable.is_none() {
             return format!("build it: `{command}`");

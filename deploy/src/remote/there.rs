@@ -132,7 +132,7 @@ fn talk(
     }
     out.write_all(format!("{}\n{list}", list.len()).as_bytes())
         .map_err(lost)?;
-    let missing = missing(&mut input)?;
+    let missing = missing(&mut input, &files)?;
     let is_missing =
         |(hash, entry): &(Option<String>, Entry)| hash.is_none() || missing.contains(&entry.path);
     let entries: Vec<Entry> = files
@@ -302,14 +302,18 @@ fn hash(content: &Content) -> String {
 }
 
 /// The paths that the host lacks, or has with another content.
-fn missing(input: &mut BufReader<TimedStream>) -> Result<HashSet<PathBuf>, String> {
+fn missing(
+    input: &mut BufReader<TimedStream>,
+    files: &[(Option<String>, Entry)],
+) -> Result<HashSet<PathBuf>, String> {
+    let known: HashSet<&Path> = files.iter().map(|(_, entry)| &*entry.path).collect();
     let mut missing = HashSet::new();
     loop {
         let line = read_line(input).map_err(|(_, error)| lost(&error))?;
         match line.split_once(TOKEN) {
             Some(_) => return Ok(missing),
-            None if line.is_empty() => {}
-            None => drop(missing.insert(PathBuf::from(line))),
+            None if known.contains(Path::new(&line)) => drop(missing.insert(PathBuf::from(line))),
+            None => {}
         }
     }
 }
@@ -469,7 +473,8 @@ say "$b"
 say "$(cargo --version 2>/dev/null)"
 say "$(df -Pk . | tail -n 1 | awk "{{ print \$4 }}")"
 say "$([ -x "$d/{copy}{own}" ] && echo has)"
-read -r n && head -c "$n" > .list.new || exit 1
+take() {{ read -r n && head -c "$n" > "$1" && [ "$(wc -c < "$1")" -eq "$n" ]; }}
+take .list.new || exit 1
 if [ -f .list ]; then
     cut -c67- .list | sort > .old; cut -c67- .list.new | sort > .new
     comm -23 .old .new | while IFS= read -r p; do rm -f -- "$p"; done
@@ -479,7 +484,7 @@ sha256sum -c .list 2>/dev/null | sed -n "s/: FAILED.*//p"
 say missing
 read -r n && head -c "$n" | tar -xmf - || exit 1
 say stored
-read -r n && head -c "$n" > .run || exit 1
+take .run || exit 1
 exec 3<&0
 setsid sh .run < /dev/null 2>&1 3<&- 9>&- & p=$!
 ( cat <&3 > /dev/null; kill -TERM -- "-$p" ) 9>&- 2>/dev/null & w=$!

@@ -39,9 +39,9 @@ impl Programs {
         for built in self.built() {
             let (instance, project, variant) = (built.instance, built.project, built.variant);
             let root = Workspaces::root(project.code()).map_err(refused())?;
-            let site = root.as_deref().map_or(Site::Own, |root| {
-                self.sites.of(&self.deployment, instance, root)
-            });
+            let site = root
+                .as_deref()
+                .map_or(Site::Own, |root| self.site_in(instance, project, root));
             if let Some(root) = root.clone().filter(|_| site != Site::Own) {
                 tools.entry((root, site)).or_default();
             }

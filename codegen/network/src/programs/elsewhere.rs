@@ -11,7 +11,7 @@ use crate::workspaces::{Target, Workspaces};
 use rc_codegen::Project;
 use rc_ddsl::model::{Instance, Processor};
 use rc_diagnostics::Diagnostics;
-use rc_vocabulary::Language;
+use rc_vocabulary::{Builder, Language};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -90,12 +90,22 @@ impl Programs {
         if is_given || instance.host.is_none() {
             return Ok(Site::Own);
         }
-        let root = match self.project(at) {
-            Some(project) => Workspaces::root(project.code())?,
-            None => self.root()?,
+        let Some(project) = self.project(at) else {
+            let root = self.root()?;
+            let site = |root: PathBuf| self.sites.of(&self.deployment, instance, &root);
+            return Ok(root.map_or(Site::Own, site));
         };
-        let site = |root: PathBuf| self.sites.of(&self.deployment, instance, &root);
-        Ok(root.map_or(Site::Own, site))
+        let root = Workspaces::root(project.code())?;
+        Ok(root.map_or(Site::Own, |root| self.site_in(instance, project, &root)))
+    }
+
+    /// Where the program of an instance is built, in the workspace `root`. Cmake builds for this
+    /// machine only.
+    pub(super) fn site_in(&self, instance: &Instance, project: &Project, root: &Path) -> Site {
+        if project.builder() == Builder::Cmake {
+            return Site::Own;
+        }
+        self.sites.of(&self.deployment, instance, root)
     }
 
     /// Whether the host of an instance builds its program. The program of a component in Python is a

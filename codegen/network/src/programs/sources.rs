@@ -141,7 +141,7 @@ impl Walk {
                 if !is_left_out(&path, &name) {
                     self.add(&path, above)?;
                 }
-            } else if file.is_file() {
+            } else if file.is_file() && !is_secret(folder, &name) {
                 self.push(Source::File(path), file.len())?;
             }
         }
@@ -163,13 +163,21 @@ impl Walk {
     }
 }
 
+/// Whether a file of cargo is not its configuration: a workspace in a home folder has the downloaded
+/// packages there, and the keys of registries.
+fn is_secret(folder: &Path, name: &OsStr) -> bool {
+    folder.ends_with(CONFIGURATION) && name != "config.toml" && name != "config"
+}
+
 fn is_left_out(path: &Path, name: &OsStr) -> bool {
     let hidden = name.as_encoded_bytes().starts_with(b".") && name != CONFIGURATION;
     // Cargo and others mark what can be made again.
     let is_made = || path.join("CACHEDIR.TAG").is_file();
     // A folder with this name and a manifest is a package.
     let is_named = LEFT_OUT.iter().any(|one| name == *one) && !path.join("Cargo.toml").is_file();
-    hidden || is_named || is_made()
+    // Of the home folder of cargo, only the configuration counts.
+    let is_of_cargo = path.parent().is_some_and(|of| of.ends_with(CONFIGURATION));
+    hidden || is_of_cargo || is_named || is_made()
 }
 
 #[cfg(test)]
@@ -184,6 +192,8 @@ mod tests {
         for name in [
             "ws/Cargo.toml",
             "ws/.cargo/config.toml",
+            "ws/.cargo/credentials.toml",
+            "ws/.cargo/registry/index",
             "ws/.git/config",
             "ws/target/debug/program",
             "ws/built/CACHEDIR.TAG",
