@@ -347,7 +347,7 @@ fn run(order: &Order<'_>, places: &Places) -> String {
     }
     let mut run = format!(
         "unset CARGO_BUILD_TARGET CARGO_TARGET_DIR; cd {} && nice -n {} {} || exit 1\n\
-         put() {{ mkdir -p \"${{2%/*}}\" && rm -f \"$2\" && {{ ln \"$1\" \"$2\" 2>/dev/null || cp \"$1\" \"$2\"; }} || exit 1; }}\n",
+         put() {{ n=\"$2.new\"; mkdir -p \"${{2%/*}}\" && rm -f \"$n\" && {{ ln \"$1\" \"$n\" 2>/dev/null || cp \"$1\" \"$n\"; }} && mv -f \"$n\" \"$2\" || {{ rm -f \"$n\"; exit 1; }}; }}\n",
         there(&real(&build.root)),
         order.nice,
         words.join(" ")
