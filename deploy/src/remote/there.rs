@@ -2,7 +2,9 @@
 //! the progress. Nothing but ssh, a shell and a Rust toolchain is needed there.
 //!
 //! The sources are below `build` next to the copies of networks, each at its path here, and stay, so that
-//! the next build sends and compiles what has changed. After an error, the next build goes on.
+//! the next build sends and compiles what has changed. After an error, the next build goes on. Each
+//! workspace has a list there of the files that its last build has sent: what the list of the next build
+//! lacks is removed.
 
 use super::archive::{self, Content, Entry};
 use super::connection::said;
@@ -32,6 +34,8 @@ const KEPT: usize = 60;
 const COMPLAINT: usize = 2000;
 /// How long ssh may take to end.
 const SETTLE_LIMIT: Duration = Duration::from_secs(3);
+/// The mark of a link in the list of the files: no file has this hash, so a link counts as changed.
+const LINK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 /// How a complaint about another build begins.
 const HELD: &str = "another build runs in";
 
@@ -72,7 +76,7 @@ pub(crate) fn build(order: &Order<'_>, mark: &Mark) -> Result<(), String> {
     let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
     let mut complaint = File::from(memory.map_err(|error| failed(error.into()))?);
     let log = complaint.try_clone().map_err(failed)?;
-    let script = script(order.own);
+    let script = script(order.own, &list_name(order.build));
     let begin = format!("s=$(head -c {}) && eval \"$s\"", script.len());
     let (mut child, stream) = ssh::start(order.host, &begin, log, mark)?;
     let outcome = stream
@@ -126,25 +130,24 @@ fn talk(
     known.finish();
     let mut list = String::new();
     for (hash, entry) in &files {
-        if let Some(hash) = hash {
-            list.push_str(&format!("{hash}  {}\n", entry.path.display()));
-        }
+        list.push_str(&format!("{hash}  {}\n", entry.path.display()));
     }
     out.write_all(format!("{}\n{list}", list.len()).as_bytes())
         .map_err(lost)?;
     let missing = missing(&mut input, &files)?;
     let is_missing =
-        |(hash, entry): &(Option<String>, Entry)| hash.is_none() || missing.contains(&entry.path);
+        |(hash, entry): &(String, Entry)| hash == LINK || missing.contains(&entry.path);
+    let is_file = |entry: &&Entry| !matches!(entry.content, Content::Link(_));
     let entries: Vec<Entry> = files
         .into_iter()
         .filter(is_missing)
         .map(|(_, entry)| entry)
         .collect();
     let size = archive::size(&entries);
-    if !missing.is_empty() {
+    let count = entries.iter().filter(is_file).count();
+    if count > 0 {
         print_error(format_args!(
-            "rcdeploy: {name}: {} files of sources are copied",
-            missing.len()
+            "rcdeploy: {name}: {count} files of sources are copied"
         ));
     }
     out.write_all(format!("{size}\n").as_bytes())
@@ -207,39 +210,35 @@ impl Places {
         mirrored(&self.there, path)
     }
 
-    /// The entries of the archive with all sources, each file with its hash.
+    /// The entries of the archive with all sources, each with its hash in the list.
     fn files(
         &self,
         sources: &Sources,
         known: &mut KnownHashes,
-    ) -> Result<Vec<(Option<String>, Entry)>, String> {
+    ) -> Result<Vec<(String, Entry)>, String> {
         let relative = |path: &Path| mirrored(Path::new(""), path);
         let mut entries = Vec::new();
         for source in &sources.files {
+            let (Source::File(path) | Source::Link(path, _)) = source;
+            // A line of the list has one name.
+            let bytes = path.as_os_str().as_bytes();
+            if bytes.iter().any(|byte| b"\n\\".contains(byte)) {
+                continue;
+            }
             let entry = match source {
                 Source::Link(path, to) => {
                     let content = Content::Link(self.path(to));
                     let path = relative(path);
-                    (None, Entry { path, content })
-                }
-                // A line of the list has one name.
-                Source::File(path)
-                    if path
-                        .as_os_str()
-                        .as_bytes()
-                        .iter()
-                        .any(|b| b"\n\\".contains(b)) =>
-                {
-                    continue;
+                    (LINK.to_owned(), Entry { path, content })
                 }
                 Source::File(from) => {
                     let cannot =
                         |error: io::Error| format!("cannot read {}: {error}", from.display());
                     let path = relative(from);
                     if let Some(text) = self.rewritten(from).map_err(cannot)? {
+                        let hash = hash(text.as_bytes());
                         let content = Content::Text(text.into_bytes());
-                        let hash = hash(&content);
-                        entries.push((Some(hash), Entry { path, content }));
+                        entries.push((hash, Entry { path, content }));
                         continue;
                     }
                     let file = describe(from, Some(known), &mut || Ok(())).map_err(cannot)?;
@@ -248,7 +247,7 @@ impl Places {
                         size: file.size,
                         executable: file.executable,
                     };
-                    (Some(file.hash), Entry { path, content })
+                    (file.hash, Entry { path, content })
                 }
             };
             entries.push(entry);
@@ -293,27 +292,31 @@ impl Places {
     }
 }
 
-fn hash(content: &Content) -> String {
-    let Content::Text(text) = content else {
-        return String::new();
-    };
+fn hash(text: &[u8]) -> String {
     let hash = Sha256::digest(text);
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The paths that the host lacks, or has with another content.
+/// The name of the list on the host of the files of a workspace, or of its variants.
+fn list_name(build: &Build) -> String {
+    let folder = build.staged().unwrap_or(&build.root);
+    let hash = hash(folder.as_os_str().as_bytes());
+    format!(".list-{}", &hash[..16])
+}
+
+/// The paths that the host lacks, or has with another content. It says that it works while it compares.
 fn missing(
     input: &mut BufReader<TimedStream>,
-    files: &[(Option<String>, Entry)],
+    files: &[(String, Entry)],
 ) -> Result<HashSet<PathBuf>, String> {
     let known: HashSet<&Path> = files.iter().map(|(_, entry)| &*entry.path).collect();
     let mut missing = HashSet::new();
     loop {
         let line = read_line(input).map_err(|(_, error)| lost(&error))?;
         match line.split_once(TOKEN) {
-            Some(_) => return Ok(missing),
+            Some((_, said)) if said.trim() == "missing" => return Ok(missing),
             None if known.contains(Path::new(&line)) => drop(missing.insert(PathBuf::from(line))),
-            None => {}
+            _ => {}
         }
     }
 }
@@ -457,8 +460,11 @@ fn explain(host: &Host, why: &str, complaint: &str) -> String {
 }
 
 /// What the host runs. It receives the list of the files, an archive of those that are missing, and the
-/// commands, each after a line with its length.
-fn script(own: &str) -> String {
+/// commands, each after a line with its length. `list` is the name of the list of the files.
+///
+/// The links of the last build go first: a folder may be in the place of one now, and its files must not
+/// be compared and written through the link.
+fn script(own: &str, list: &str) -> String {
     let choose = ssh::choose();
     let copy = ssh::COPY;
     format!(
@@ -474,24 +480,33 @@ say "$(cargo --version 2>/dev/null)"
 say "$(df -Pk . | tail -n 1 | awk "{{ print \$4 }}")"
 say "$([ -x "$d/{copy}{own}" ] && echo has)"
 take() {{ read -r n && head -c "$n" > "$1" && [ "$(wc -c < "$1")" -eq "$n" ]; }}
+beat() {{ while sleep 2 > /dev/null && kill -0 "$1"; do say works; done 9>&- 2>/dev/null & s=$!; }}
+drop() {{ while IFS= read -r p; do rm -f -- "$p"; case "$p" in */*) rmdir -p -- "${{p%/*}}";; esac; done 2>/dev/null; }}
 take .list.new || exit 1
-if [ -f .list ]; then
-    cut -c67- .list | sort > .old; cut -c67- .list.new | sort > .new
-    comm -23 .old .new | while IFS= read -r p; do rm -f -- "$p"; done
+beat $$
+if [ -f {list} ]; then
+    sed -n "s/^{LINK}  //p" {list} | drop
+    cut -c67- {list} | sort > .old; cut -c67- .list.new | sort > .new
+    comm -23 .old .new | drop
 fi
-mv .list.new .list || exit 1
-sha256sum -c .list 2>/dev/null | sed -n "s/: FAILED.*//p"
+mv .list.new {list} || exit 1
+sha256sum -c {list} 2>/dev/null | sed -n "s/: FAILED.*//p" > .missing
+kill "$s"; wait "$s" 2>/dev/null
+cat .missing
 say missing
 read -r n && head -c "$n" | tar -xmf - || exit 1
 say stored
 take .run || exit 1
 exec 3<&0
 setsid sh .run < /dev/null 2>&1 3<&- 9>&- & p=$!
-( cat <&3 > /dev/null; kill -TERM -- "-$p" ) 9>&- 2>/dev/null & w=$!
-while sleep 2 > /dev/null && kill -0 "$p"; do say works; done 9>&- 2>/dev/null & s=$!
-wait "$p"; r=$?
+( cat <&3 > /dev/null; kill -TERM "-$p" ) 9>&- 2>/dev/null & w=$!
+beat "$p"
+wait "$p" 2>/dev/null; r=$?
 kill "$w" "$s" 2>/dev/null
 say "ended $r"
 "#
     )
 }
+
+#[cfg(test)]
+mod tests;

@@ -48,7 +48,7 @@ fn up(site: &Site, args: &[&str], variables: &[(&str, &Path)]) -> CommandOutput 
     site.run(command)
 }
 
-/// A host builds its programs: what can go wrong there is told with its fix, and the next build goes on.
+/// A host builds its programs, and the build after a lost connection goes on where that was.
 #[test]
 fn a_host_with_another_processor_builds_its_programs() {
     let site = site("built_there", "arch OTHER; build there jobs 2 nice 7;");
@@ -73,35 +73,19 @@ fn a_host_with_another_processor_builds_its_programs() {
         (run.code, run.stderr)
     };
 
-    let (code, said) = build("exit 1\n");
-    assert!(
-        code == 3 && said.contains("host robot did not build: it has no cargo; "),
-        "{said}"
-    );
-    let (code, said) = build("echo 'cargo 1.60.0 (d1fd9fe2c 2022-03-01)'\n");
-    let advice = "its cargo 1.60.0 is too old: the packages need Rust ";
-    assert!(code == 3 && said.contains(advice), "{said}");
-    assert!(said.contains("`ssh robot rustup update stable`"), "{said}");
-
     let version = "[ \"$1\" = --version ] && { echo 'cargo 99.0.0 (x)'; exit 0; }\n";
-    let full = "echo 'error: failed to write x.rmeta: No space left on device (os error 28)' >&2; exit 101\n";
-    let (code, said) = build(&format!("{version}{full}"));
-    assert!(code == 3 && said.contains("its disk is full ("), "{said}");
-    assert!(said.contains("files of sources are copied"), "{said}");
-    assert!(
-        said.contains("robot: error: failed to write x.rmeta"),
-        "{said}"
-    );
-
     // The connection ends while it builds, and the build with it.
     let lost = format!(
-        "echo $$ > {0}/cargo.pid; kill -9 -$(cat {0}/ssh.pid); sleep 60\n",
+        "echo $$ > {0}/cargo.pid; kill -9 -$(cat {0}/ssh.pid); sleep 120\n",
         folder.display()
     );
     let (code, said) = build(&format!("{version}{lost}"));
-    assert!(code == 3 && said.contains("goes on where it was"), "{said}");
-    // Nothing was sent again.
-    assert!(!said.contains("files of sources"), "{said}");
+    assert!(
+        code == 3 && said.contains("host robot did not build: "),
+        "{said}"
+    );
+    assert!(said.contains("goes on where it was"), "{said}");
+    assert!(said.contains("files of sources are copied"), "{said}");
     let pid = fs::read_to_string(site.path("cargo.pid")).expect("a pid");
     let process = Path::new("/proc").join(pid.trim());
     Site::until("the end of the build there", || !process.exists());
@@ -116,6 +100,8 @@ fn a_host_with_another_processor_builds_its_programs() {
     );
     let (code, said) = build(&format!("{version}{makes}"));
     assert_eq!(code, 0, "{said}{}", site.log("rcdeploy"));
+    // Nothing was sent again, by neither of the two builds.
+    assert!(!said.contains("files of sources"), "{said}");
     site.await_component("simulator", |one| one["state"] == "running");
     let log = fs::read_to_string(site.path("cargo.log")).expect("a log");
     let lines: Vec<&str> = log.lines().collect();
@@ -123,8 +109,12 @@ fn a_host_with_another_processor_builds_its_programs() {
         panic!("{log}")
     };
     let there = site.path("away/home/.cache/robocomp");
+    // Besides that of this test.
+    let own = Command::new("nice").output().expect("nice").stdout;
+    let own: u8 = String::from_utf8_lossy(&own).trim().parse().expect("one");
+    let nice = format!("{} build ", (own + 7).min(19));
     for line in lines {
-        assert!(line.starts_with("7 build "), "{log}");
+        assert!(line.starts_with(&nice), "{log}");
         assert!(line.ends_with("--jobs 2"), "{log}");
         assert!(line.contains("/away/home/.cache/robocomp/build/"), "{log}");
     }
