@@ -52,8 +52,7 @@ fn a_host_gets_the_sources_of_each_workspace() {
     };
     // Files are compared for longer than two pauses.
     tool("sleep", "echo >> $HOME/pauses; exec /bin/sleep 0.01");
-    let waits =
-        "until [ \"$(wc -l < $HOME/pauses)\" -gt 2 ]; do /bin/sleep 0.01; done; rm $HOME/pauses";
+    let waits = "n=0; until [ $n = 500 ] || [ \"$(wc -l < $HOME/pauses)\" -gt 2 ]; do n=$((n+1)); /bin/sleep 0.01; done; rm $HOME/pauses";
     let wait = format!("{waits} 2>/dev/null\nPATH=/usr/bin:/bin; exec sha256sum \"$@\"");
     tool("sha256sum", &wait);
     let sources = home.join(".cache/robocomp/build");
@@ -62,7 +61,9 @@ fn a_host_gets_the_sources_of_each_workspace() {
     let linked = || {
         let files = [("ws/shared/map", Some("old")), ("ws/eye/data", None)];
         let files = files.map(|(path, text)| entry(path, text, &shared));
-        round(home, ".list-a", files.into())
+        let mut files = Vec::from(files);
+        files.push(entry("ws/eye/one", None, &shared.join("map")));
+        round(home, ".list-a", files)
     };
     let said = linked();
     let works = |line: &&String| line.ends_with(" works");
@@ -74,6 +75,7 @@ fn a_host_gets_the_sources_of_each_workspace() {
     let files = [
         ("ws/shared/map", "old"),
         ("ws/eye/data/map", "new"),
+        ("ws/eye/one", "old"),
         ("ws/eye/data/deep/er/map", "new"),
     ];
     let files = files.map(|(path, text)| entry(path, Some(text), &shared));
@@ -83,7 +85,10 @@ fn a_host_gets_the_sources_of_each_workspace() {
         ("old".into(), "new".into())
     );
 
-    // And the link is back.
+    // A file with the content that the link had is no link.
+    assert!(!sources.join("ws/eye/one").is_symlink());
+
+    // And the links are back.
     linked();
     assert_eq!(read("ws/eye/data/map"), "old");
 
