@@ -34,7 +34,7 @@ fn write_ddsl(site: &Site, host: &str) {
     site.write_ddsl(&NETWORK.replace("HOST", &host.replace("OTHER", OTHER[0])));
 }
 
-fn script(path: &Path, text: &str) {
+pub(super) fn script(path: &Path, text: &str) {
     fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
     fs::write(path, format!("#!/bin/sh\n{text}")).expect("written");
     fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("set");

@@ -1,5 +1,6 @@
 //! A user's network on another middleware than its component was generated for.
 
+use super::host_builds::script;
 use rc_cdsl::model::Middleware;
 use rc_codegen::workspace::{self, Framework};
 use rc_codegen::{FileLoader, Project, generation};
@@ -318,14 +319,20 @@ fn what_is_stale_is_generated_before_it_is_built() {
         text.replace("20ms", "30ms")
     });
     let before = files(&robot);
-    // This cargo builds nothing.
+    // This cargo says where it would build, and builds nothing.
+    let cargo = site.path("cargo");
+    let text = format!(
+        "[ \"$1\" = metadata ] && exec '{}' \"$@\"\nexit 1\n",
+        env!("CARGO")
+    );
+    script(&cargo, &text);
     let up = |more: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
         command
             .args(["up", "--build", "--profile", "dev"])
             .args(more);
         command.arg(robot.join("deployments/hello.ddsl"));
-        command.env("CARGO", "/bin/false");
+        command.env("CARGO", &cargo);
         site.run(command)
     };
     let refused = up(&["--no-generate"]);
