@@ -131,6 +131,8 @@ pub struct Dependency {
     pub features: Vec<Name>,
     /// Whether its default features are on.
     pub default_features: bool,
+    /// Components of a package of cmake.
+    pub components: Vec<Name>,
 }
 
 /// The oldest version of Python that components run on: major and minor.

@@ -269,13 +269,20 @@ impl Resolver<'_> {
     }
 
     fn dependency(&mut self, tree: &ast::Dependency) -> Dependency {
-        const FIELDS: [&str; 4] = ["version", "path", "features", "default_features"];
+        const FIELDS: [&str; 5] = [
+            "version",
+            "path",
+            "features",
+            "default_features",
+            "components",
+        ];
         let mut out = Dependency {
             package: tree.package.clone(),
             version: None,
             path: None,
             features: Vec::new(),
             default_features: true,
+            components: Vec::new(),
         };
         match &tree.short {
             Some(path) if path.text.starts_with(['.', '/']) => out.path = Some(path.clone()),
@@ -306,12 +313,17 @@ impl Resolver<'_> {
                     out.features = features.to_vec();
                     continue;
                 }
+                ("components", _, Some(components)) => {
+                    out.components = components.to_vec();
+                    continue;
+                }
                 ("default_features", [value], _) if matches!(value.kind, LiteralKind::Bool(_)) => {
                     out.default_features = value.kind != LiteralKind::Bool(false);
                     continue;
                 }
                 ("default_features", ..) => "`true` or `false`",
                 ("features", ..) => "names of features, such as `features \"derive\", \"rc\"`",
+                ("components", ..) => "names of components, such as `components \"core\"`",
                 ("version" | "path", ..) => "one string",
                 _ => {
                     let message = format!("unknown field `{}` of a dependency", name.text);
@@ -324,7 +336,7 @@ impl Resolver<'_> {
             self.found
                 .push(Diagnostic::error("bad-dependency", name.span, message));
         }
-        if out.version.is_none() && out.path.is_none() {
+        if out.version.is_none() && out.path.is_none() && out.components.is_empty() {
             let name = &tree.package;
             let message = format!("`{}` has no version and no path", name.text);
             let help = format!(

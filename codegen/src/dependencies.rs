@@ -22,7 +22,12 @@ fn is_ours(package: &str) -> bool {
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     for dependency in &component.dependencies {
         let package = &dependency.package;
-        if let Some(reason) = bad_name(&package.text, &component.name.text) {
+        let reason = if dependency.components.is_empty() {
+            bad_name(&package.text, &component.name.text)
+        } else {
+            Some("a crate has no components")
+        };
+        if let Some(reason) = reason {
             let message = format!("`{}` cannot be a dependency: {reason}", package.text);
             found.push(Diagnostic::error("bad-dependency", package.span, message));
         }
@@ -199,6 +204,7 @@ mod tests {
             path: path.map(name),
             features: features.iter().map(|text| name(text)).collect(),
             default_features: true,
+            components: Vec::new(),
         }
     }
 

@@ -56,6 +56,8 @@ fn bad_name(dependency: &Dependency, component: &str) -> Option<&'static str> {
         Some("it is the component itself")
     } else if !dependency.default_features {
         Some("packages of Python have no default features")
+    } else if !dependency.components.is_empty() {
+        Some("packages of Python have no components")
     } else {
         None
     }

@@ -221,6 +221,9 @@ pub struct Dependency {
     pub features: Vec<String>,
     /// Whether its default features are on.
     pub default_features: bool,
+    /// Components of a package of cmake.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<String>,
 }
 
 /// A length of time.
@@ -400,6 +403,11 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
                 path: dependency.path.as_ref().map(|p| p.text.clone()),
                 features: dependency.features.iter().map(|f| f.text.clone()).collect(),
                 default_features: dependency.default_features,
+                components: dependency
+                    .components
+                    .iter()
+                    .map(|c| c.text.clone())
+                    .collect(),
             })
             .collect(),
     };

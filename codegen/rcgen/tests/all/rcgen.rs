@@ -585,6 +585,15 @@ fn one_folder_holds_one_component() {
 }
 
 #[test]
+fn components_are_parts_of_packages_of_cmake() {
+    let parts = "dependencies { libm { version \"1\"; components \"core\"; }; }; language";
+    let folder = folder(&CDSL.replace("language", parts));
+    let (code, _, err) = rcgen(folder.path(), &["c.cdsl", "--format", "short"]);
+    let wanted = "error[bad-dependency]: `libm` cannot be a dependency: a crate has no components";
+    assert!(code == 1 && err.contains(wanted), "{code} {err}");
+}
+
+#[test]
 fn the_name_interfaces_is_reserved() {
     let named = folder(&CDSL.replace("Component c", "Component Interfaces"));
     let depending =

@@ -265,6 +265,13 @@ fn a_component_of_robocomp() {
     succeeds(&robot, &["generate", "components/marks/marks.cdsl"]);
     let cmake = read(&robot.join("components/marks/CMakeLists.txt"));
     assert!(cmake.contains("target_sources") && !cmake.contains("robocomp_test"));
+    let path = robot.join("components/marks/marks.cdsl");
+    let parts = "dependencies { Eigen3 \"3.4\"; OpenCV { components \"core\", \"imgproc\"; }; };\n    parameters";
+    write(&path, &read(&path).replace("parameters", parts));
+    succeeds(&robot, &["generate", "components/marks/marks.cdsl"]);
+    let cmake = read(&robot.join("components/marks/generated/component.cmake"));
+    let found = "find_package(Eigen3 3.4 REQUIRED)\nfind_package(OpenCV REQUIRED COMPONENTS core imgproc)\n";
+    assert!(cmake.contains(found), "{cmake}");
     // A window keeps its signals and its form.
     let with_window =
         "Component Pane { Communications { }; language Cpp11; gui Qt(QMainWindow); };\n";
