@@ -4,9 +4,11 @@ mod package;
 
 use interfaces::rc_types::types::FailError;
 use rc_middleware::CallError;
+use rc_middleware::in_place::InPlace as _;
 use rc_other_end::{Network, OtherEnd, Over};
 use std::path::Path;
 use std::process::Command;
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
 /// Returns whether the component could be built.
@@ -66,6 +68,57 @@ fn an_end_of_the_process_names_its_function(over: Over) {
     }
 }
 
+/// A worker that keeps its views gets four samples; the next ones do not reach it until it drops them.
+fn kept_views_have_a_limit(over: Over) {
+    const DROP: i32 = 1001;
+    const KEPT: i32 = 2000;
+    const MOST: i32 = 4;
+    let package = package::package("every_type", over).expect("it was built before");
+    let network = Network::new("cpp", over).with_warnings();
+    let mut other = OtherEnd::start(network, package);
+    let backend = other.network.join("keeper");
+    let mut client = rc_other_end::client(&other, &*backend);
+    let mut publisher = rc_other_end::pictures(&other, &*backend);
+    let mut drop_all = client.make(1).expect("a value");
+    drop_all.number = DROP;
+    let mut show = |number: i32| {
+        let mut loan = publisher.loan_picture().expect("a loan");
+        let picture = rc_other_end::picture(number.into(), 100);
+        loan.set(&picture).expect("to fit");
+        loan.send().expect("to be sent");
+    };
+    let until = |what: &str, so: &mut dyn FnMut() -> bool| {
+        let end = Instant::now() + Duration::from_secs(30);
+        while !so() {
+            assert!(Instant::now() < end, "{what}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    until("a picture arrives", &mut || {
+        show(KEPT);
+        client.noted().expect("numbers").contains(&KEPT)
+    });
+    client.note(&drop_all).expect("a command");
+    assert!(client.noted().expect("numbers").contains(&DROP));
+    for number in KEPT + 1..=KEPT + MOST {
+        show(number);
+        until("a picture is kept", &mut || {
+            client.noted().expect("numbers").contains(&number)
+        });
+    }
+    show(KEPT + MOST + 1);
+    let refused = "the worker keeps 4 samples of `picture`, the most that it may";
+    until("the limit", &mut || other.said().contains(refused));
+    client.note(&drop_all).expect("a command");
+    let last = KEPT + MOST + 2;
+    show(last);
+    until("a picture after the views have ended", &mut || {
+        client.noted().expect("numbers").contains(&last)
+    });
+    let numbers = client.noted().expect("numbers");
+    assert!(!numbers.contains(&(KEPT + MOST + 1)), "{numbers:?}");
+}
+
 /// An older C++ is refused with what is needed.
 #[test]
 fn an_older_cpp_is_refused_with_what_is_needed() {
@@ -106,23 +159,55 @@ fn started_calls_end(other: &OtherEnd) {
     assert_eq!(noted, [ASK, ASK + 1, ASK + 2, ASK + 10, ASK + 11]);
 }
 
-/// Calls leave nothing in the memory of the component: a thousand, or `RC_CPP_CALLS`.
+/// Calls and samples in place leave nothing in the memory of the component: a thousand calls, or
+/// `RC_CPP_CALLS`.
 fn calls_leave_nothing(other: &OtherEnd) {
     /// Memory that allocators may take in addition, in bytes.
     const MARGIN: u64 = 2 << 20;
+    /// Clients that call at once, so that the component never waits.
+    const CLIENTS: u32 = 4;
+    /// Calls of a client before the memory is measured.
+    const FIRST: u32 = 500;
     let calls = std::env::var("RC_CPP_CALLS").ok();
     let calls: u32 = calls.map_or(1000, |calls| calls.parse().expect("a number"));
-    let backend = other.network.join("calls");
-    let mut client = rc_other_end::client(other, &*backend);
-    let value = client.make(1).expect("a value");
-    let mut before = 0;
-    for number in 0..calls + 500 {
-        if number == 500 {
-            before = other.memory();
+    let call = &|name: u32, warm: Sender<()>| {
+        let backend = other.network.join(&format!("calls{name}"));
+        let mut client = rc_other_end::client(other, &*backend);
+        let mut pictures = (name == 0).then(|| rc_other_end::pictures(other, &*backend));
+        let value = client.make(1).expect("a value");
+        for number in 0..FIRST + calls / CLIENTS {
+            if number == FIRST {
+                warm.send(()).expect("the test");
+            }
+            // Most calls are short, so that many fit into a test.
+            if number % 20 == 0 {
+                assert_eq!(client.echo(&value).as_ref(), Ok(&value));
+            } else {
+                assert_eq!(client.ranged(1), Ok(6));
+            }
+            if number % 50 == 0
+                && let Some(pictures) = &mut pictures
+            {
+                let picture = rc_other_end::picture(1 + i64::from(number / 50 % 2), 1000);
+                pictures.picture(&picture).expect("to be sent");
+            }
         }
-        assert_eq!(client.echo(&value).as_ref(), Ok(&value));
-    }
+    };
+    let begun = Instant::now();
+    let (warm, are_warm) = channel();
+    let before = std::thread::scope(|scope| {
+        for name in 0..CLIENTS {
+            let warm = warm.clone();
+            scope.spawn(move || call(name, warm));
+        }
+        drop(warm);
+        for _ in 0..CLIENTS {
+            are_warm.recv().expect("a client");
+        }
+        other.memory()
+    });
     let grown = other.memory().saturating_sub(before);
+    println!("{calls} calls in {:?}: {grown} bytes", begun.elapsed());
     assert!(
         package::sanitizer().is_some() || grown < MARGIN,
         "{grown} bytes"
@@ -199,6 +284,7 @@ fn the_headers_name_their_release() {
 fn a_component_in_cpp_conforms_over_iceoryx2() {
     if conforms(Over::iceoryx2()) {
         package::ctest("every_type");
+        kept_views_have_a_limit(Over::iceoryx2());
         // A sanitizer reports crashes itself.
         if package::sanitizer().is_none() {
             an_end_of_the_process_names_its_function(Over::iceoryx2());

@@ -13,6 +13,8 @@ pub use ages::ages;
 pub use calls::client;
 pub use network::{Network, Over};
 pub use process::{OtherEnd, Package};
+pub use topics::pictures;
+pub use values::picture;
 
 use std::time::{Duration, Instant};
 

@@ -67,6 +67,8 @@ impl Over {
 pub struct Network {
     name: String,
     over: Over,
+    /// The level of the component's log.
+    log: &'static str,
 }
 
 impl Drop for Network {
@@ -81,12 +83,23 @@ impl Network {
     /// A network of tests of this language.
     pub fn new(language: &str, over: Over) -> Self {
         let name = format!("{language}-other-{}-{}", over.name(), std::process::id());
-        Self { name, over }
+        Self {
+            name,
+            over,
+            log: "error",
+        }
+    }
+
+    /// The same network with warnings in the output of the component.
+    #[must_use]
+    pub fn with_warnings(mut self) -> Self {
+        self.log = "warn";
+        self
     }
 
     /// Command line of a component of it.
     pub(crate) fn arguments(&self) -> Vec<String> {
-        let mut arguments = ["--network", &self.name, "--log", "error"]
+        let mut arguments = ["--network", &self.name, "--log", self.log]
             .map(str::to_owned)
             .to_vec();
         if self.over.domain > 0 {

@@ -253,21 +253,21 @@ pub(crate) fn samples_are_repeated(other: &OtherEnd) {
     });
 }
 
+/// The publisher of pictures for the component.
+///
+/// # Panics
+/// It cannot be opened.
+pub fn pictures(other: &OtherEnd, backend: &dyn Backend) -> PicturesPublisher {
+    let ends = (&other.network, &other.package);
+    let operations = pictures::OPERATIONS;
+    let open = |number| publisher(ends, backend, "Pictures", operations, number, PICTURES);
+    PicturesPublisher::new(open).expect("a publisher")
+}
+
 /// Each end writes in place and by value, and reads what the other one wrote in either way.
 pub(crate) fn pictures_travel_in_place(other: &OtherEnd) {
     let backend = other.network.join("camera");
-    let ends = (&other.network, &other.package);
-    let open = |number| {
-        publisher(
-            ends,
-            &*backend,
-            "Pictures",
-            pictures::OPERATIONS,
-            number,
-            PICTURES,
-        )
-    };
-    let mut publisher = PicturesPublisher::new(open).expect("a publisher");
+    let mut publisher = pictures(other, &*backend);
     let operations = copies::OPERATIONS;
     let mut copies = subscriber(
         other,

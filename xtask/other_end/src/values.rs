@@ -275,7 +275,7 @@ pub(crate) fn very_broken() -> VeryBroken {
 }
 
 /// A picture that travels in place, whose sequences are as full as their number allows.
-pub(crate) fn picture(number: i64, bytes: usize) -> Picture {
+pub fn picture(number: i64, bytes: usize) -> Picture {
     Picture {
         number,
         flag: number % 2 == 1,

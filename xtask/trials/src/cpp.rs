@@ -1,5 +1,5 @@
 //! `cargo xtask soak cpp`: the conformance of components in C++ under the sanitizers of the compiler, and a
-//! million calls.
+//! million calls, which leave nothing in memory.
 
 use crate::programs::{Failure, LongTest, long_tests};
 use std::time::Duration;

@@ -21,8 +21,11 @@ void fails() { throw std::runtime_error("at the end of an object"); }
 struct ThrowsAtItsEnd {
   ~ThrowsAtItsEnd() { fails(); }
 };
-// A note that lets the component call itself.
+// Notes that let the component call itself, and drop all views.
 constexpr std::int32_t ASK = 1000;
+constexpr std::int32_t DROP = 1001;
+// Pictures from this number on are kept.
+constexpr std::int32_t KEPT = 2000;
 
 // The exception of a call from another thread.
 std::string on_another_thread(const Context& ctx) {
@@ -142,6 +145,10 @@ void SpecificWorker::initialize() {
 // Starts calls of its own members, which end later.
 void SpecificWorker::Types_note(const RcTypes::Everything& all) {
   numbers_.push_back(all.number);
+  if (all.number == DROP) {
+    kept_.clear();
+    last_ = {};
+  }
   if (all.number != ASK) return;
   for (const rc::Member& member : ctx.asked.members()) {
     echoes_.push_back(ctx.asked[member].start_echo(all));
@@ -198,6 +205,11 @@ void SpecificWorker::loans_that_are_not_sent() {
 }
 
 void SpecificWorker::Pictures_picture(rc::View<RcTypes::PictureInPlace> picture) {
+  if (picture->number >= KEPT) {
+    numbers_.push_back(static_cast<std::int32_t>(picture->number));
+    kept_.push_back(std::move(picture));
+    return;
+  }
   if (picture->number % 2 == 0) {
     copies_pubproxy->copy(picture.copy());
   } else {

@@ -47,6 +47,7 @@ class SpecificWorker final : public GenericWorker {
 
   std::vector<std::int32_t> numbers_;
   rc::View<RcTypes::PictureInPlace> last_;
+  std::vector<rc::View<RcTypes::PictureInPlace>> kept_;
   std::vector<decltype(ctx.asked[rc::Member()].start_echo({}))> echoes_;
   std::vector<decltype(ctx.asked[rc::Member()].start_fail(0))> fails_;
 };
