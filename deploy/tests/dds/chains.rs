@@ -1,6 +1,9 @@
 //! A chain over five components that call each other, over each middleware. Over DDS and ROS 2, three of
-//! them are on another host, whose clock is two seconds ahead. Nothing is late until something is
-//! slow, stands still, or is started again, and then the right component is named.
+//! them are on another host, whose clock is two seconds ahead. Each message takes as long as its
+//! components note, and none is reported that was not late. Then something is slow, stands still, or is
+//! started again, and the right component is named.
+
+mod witness;
 
 use crate::remote::component;
 use rc_test_site::other_host;
@@ -9,13 +12,15 @@ use rc_test_support::python::skipped;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
+use witness::Witness;
 
 /// How long each component works, in milliseconds: those behind the one that begins.
 const WORK: [(&str, u64); 5] = [("b", 2), ("c", 4), ("d", 3), ("e", 5), ("f", 2)];
 /// How far the clock of the other host is ahead, in seconds.
 const AHEAD: u32 = 2;
+/// The time between two looks at all messages: fewer come than the supervisor keeps.
+const LOOK: Duration = Duration::from_secs(30);
 
 /// Limits and lengths of a run.
 struct Run {
@@ -26,8 +31,7 @@ struct Run {
     /// In milliseconds: `within`, and by how much one component becomes slower.
     within: u64,
     slower: u64,
-    /// How long nothing may be reported. `None` on a computer that does much else: then a message
-    /// that was late may be reported.
+    /// How long no report may be false. `None`: a few seconds, on a computer that does much else.
     quiet: Option<Duration>,
 }
 
@@ -42,9 +46,17 @@ fn network(site: &Site, run: &Run) -> String {
     } else {
         ""
     };
+    let notes = |name: &str| {
+        let file = witness::file(site, name);
+        file.map_or_else(String::new, |file| {
+            format!("witness \"{}\"; ", file.display())
+        })
+    };
     let mut text = format!(
-        "Deployment {}\n{{\n    {} {head}\n    Component a {{ cdsl \"{neighbour}\"; parameters {{ does \"call\"; }}; }};\n",
-        site.network, run.middleware
+        "Deployment {}\n{{\n    {} {head}\n    Component a {{ cdsl \"{neighbour}\"; parameters {{ does \"call\"; {}}}; }};\n",
+        site.network,
+        run.middleware,
+        notes("a")
     );
     let mut before = "a";
     for (name, work) in WORK {
@@ -53,8 +65,9 @@ fn network(site: &Site, run: &Run) -> String {
         let host = if is_away { "host robot; " } else { "" };
         text += &format!(
             "    Component {name} {{ cdsl \"{neighbour}\"; {host}restart on_failure backoff 100ms; \
-                 parameters {{ does \"{does}\"; delay {work}ms; }}; }};\n    \
-             bind {before}.other -> {name}.BatteryStatus;\n"
+                 parameters {{ does \"{does}\"; delay {work}ms; {}}}; }};\n    \
+             bind {before}.other -> {name}.BatteryStatus;\n",
+            notes(name)
         );
         before = name;
     }
@@ -153,86 +166,18 @@ fn await_in_time(site: &Site, known: usize) {
     Site::until("no condition", || chain(site)["conditions"] == json!([]));
 }
 
-/// How much later than it wants a thread is woken that counts as a stall of the computer, and how long
-/// after one a message may come to its end and be reported.
-const STALL: Duration = Duration::from_millis(10);
-const REPORT: Duration = Duration::from_secs(2);
-
-/// The stalls of the computer, which a thread of this program sees: when each ended, and its length.
-struct Stalls(Arc<Mutex<Vec<(Instant, Duration)>>>);
-
-impl Stalls {
-    fn watch() -> Self {
-        let stalls: Arc<Mutex<Vec<(Instant, Duration)>>> = Arc::default();
-        let seen = Arc::downgrade(&stalls);
-        std::thread::spawn(move || {
-            const MOMENT: Duration = Duration::from_millis(5);
-            loop {
-                let begun = Instant::now();
-                std::thread::sleep(MOMENT);
-                let late = begun.elapsed().saturating_sub(MOMENT);
-                match seen.upgrade() {
-                    Some(seen) if late >= STALL => {
-                        seen.lock()
-                            .expect("the stalls")
-                            .push((Instant::now(), late));
-                    }
-                    Some(_) => {}
-                    None => return,
-                }
-            }
-        });
-        Self(stalls)
-    }
-
-    /// The longest one of the last seconds.
-    fn latest(&self) -> Option<Duration> {
-        let stalls = self.0.lock().expect("the stalls");
-        let latest = stalls.iter().filter(|(at, _)| at.elapsed() < REPORT);
-        latest.map(|(_, length)| *length).max()
-    }
-}
-
-/// On a quiet computer, nothing is reported, but for messages that are late beside a stall that this
-/// program has seen, too.
-fn is_quiet(site: &Site, length: Duration) {
-    let (stalls, begun, mut known) = (Stalls::watch(), Instant::now(), 0);
-    while begun.elapsed() < length {
-        std::thread::sleep(Duration::from_millis(250));
-        for (code, text) in events(site).into_iter().skip(known) {
-            known += 1;
-            let stall = stalls.latest();
-            println!(
-                "{:.0} s, stall {stall:?}: {text}",
-                begun.elapsed().as_secs_f64()
-            );
-            let may_be = match code.as_str() {
-                "chain-late" => stall.is_some(),
-                other => other == "chain-in-time",
-            };
-            assert!(may_be, "{text}: {}", chain(site));
-        }
-    }
-}
-
-/// Nothing is reported that was not so. On a quiet computer, a stall has to be seen for each report.
+/// No report is false, and none is missing: the components themselves note how long each message
+/// takes. So the computer may do other things meanwhile.
 fn no_alarm_is_false(site: &Site, run: &Run) {
-    if let Some(length) = run.quiet {
-        is_quiet(site, length);
+    let mut witness = Witness::new(site, run.within);
+    let begun = Instant::now();
+    witness.look();
+    while let Some(left) = run.quiet.and_then(|all| all.checked_sub(begun.elapsed())) {
+        std::thread::sleep(left.min(LOOK));
+        witness.look();
     }
-    let events = events(site);
-    if events.is_empty() {
-        return;
-    }
-    let chain = chain(site);
-    let is_late = |(code, _): &(String, String)| ["chain-late", "chain-in-time"].contains(&&**code);
-    assert!(events.iter().all(is_late), "{events:?}: {chain}");
-    assert!(chain["late"].as_u64() > Some(0), "{events:?}: {chain}");
-    let worst = chain["times"]["worst_ms"].as_f64();
-    assert!(worst > Some(run.within as f64), "{events:?}: {chain}");
-    Site::until("no condition", || {
-        self::chain(site)["conditions"] == json!([])
-    });
+    witness.judge();
+    Site::until("no condition", || chain(site)["conditions"] == json!([]));
 }
 
 fn runs(test: &str, run: &Run) {
@@ -258,14 +203,17 @@ fn runs(test: &str, run: &Run) {
     // One component is slower.
     let slower = |ms: u64| json!({"changes": {"delay": format!("{ms}ms")}});
     let work = WORK[2].1;
+    let mut attempts = 0;
     Site::until("d to be named", || {
+        attempts += 1;
         let known = events(&site).len();
         site.tell("d", "parameters_set", &slower(work + run.slower));
         let late = await_event(&site, known, "chain-late");
         site.tell("d", "parameters_set", &slower(work));
         await_in_time(&site, known);
         let is_named = late.contains(" of them at d (");
-        assert!(is_named || run.quiet.is_none(), "{late}");
+        // Just then, the computer may have let another one stand still.
+        assert!(attempts < 3 || run.quiet.is_none() || is_named, "{late}");
         is_named
     });
 
@@ -325,7 +273,7 @@ fn a_chain_over_two_hosts_is_measured_over_ros2() {
 /// Ten minutes of each middleware without a false alarm, then 50 ms at one component. `RC_CHAIN_SECONDS`:
 /// of each one; `RC_CHAIN_OVER`: over this one alone.
 #[test]
-#[ignore = "`cargo xtask soak chains` runs it: half an hour of a computer that does nothing else"]
+#[ignore = "`cargo xtask soak chains` runs it: half an hour"]
 fn ten_minutes_without_a_false_alarm() {
     let seconds = std::env::var("RC_CHAIN_SECONDS").ok();
     let seconds = seconds.map_or(600, |text| text.parse().expect("seconds"));

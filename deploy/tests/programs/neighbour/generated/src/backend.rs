@@ -16,4 +16,4 @@ pub(crate) const TYPES_BATTERY_STATUS: &[&str] = &[];
 pub(crate) const TYPES_OTHER: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"neighbour\",\"model\":\"99fa35eef20cf7fb\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"neighbour\",\"model\":\"f5d065af7ae1bbd8\",\"middleware\":\"iceoryx2\"}\0";

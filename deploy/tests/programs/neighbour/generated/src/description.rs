@@ -41,7 +41,7 @@ const SLOT_OTHER: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "neighbour",
-    model_hash: 0x99fa35eef20cf7fb,
+    model_hash: 0xf5d065af7ae1bbd8,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

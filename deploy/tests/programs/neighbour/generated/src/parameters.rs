@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"neighbour","parameters":[{"name":"level","doc":["What it answers."],"kind":{"scalar":{"type":"float"}},"default":{"float":50.0},"range":{"min":{"float":0.0},"max":{"float":100.0}},"editable":true},{"name":"does","doc":["Trouble that it makes: `fail at start`, `panic at start`, `panic`, `hang`, `fail` or `stop` in `compute`, `hang at","the end`, `call` in `compute`, `call back` in its handler."],"kind":{"scalar":{"type":"string"}},"default":{"text":""},"editable":true},{"name":"delay","doc":["How long it takes to answer."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":0},"range":{"min":{"duration":0},"max":{"duration":1000000000}},"editable":true}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"neighbour","parameters":[{"name":"level","doc":["What it answers."],"kind":{"scalar":{"type":"float"}},"default":{"float":50.0},"range":{"min":{"float":0.0},"max":{"float":100.0}},"editable":true},{"name":"does","doc":["Trouble that it makes: `fail at start`, `panic at start`, `panic`, `hang`, `fail` or `stop` in `compute`, `hang at","the end`, `call` in `compute`, `call back` in its handler."],"kind":{"scalar":{"type":"string"}},"default":{"text":""},"editable":true},{"name":"delay","doc":["How long it takes to answer."],"kind":{"scalar":{"type":"duration"}},"default":{"duration":0},"range":{"min":{"duration":0},"max":{"duration":1000000000}},"editable":true},{"name":"witness","doc":["File to which it appends the begin and the end of each call in `compute` and of each handler, in nanoseconds","since 1970; behind those of a call that failed, `failed`."],"kind":{"scalar":{"type":"string"}},"default":{"text":""}}]}"###;
 
 /// The parameters `neighbour`.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,11 @@ pub struct Params {
     ///
     /// Allowed: a duration such as "50ms", or a number of milliseconds, from 0ms to 1s.
     pub delay: std::time::Duration,
+    /// File to which it appends the begin and the end of each call in `compute` and of each handler, in nanoseconds
+    /// since 1970; behind those of a call that failed, `failed`.
+    ///
+    /// Allowed: a string.
+    pub witness: String,
 }
 
 impl Params {
@@ -31,6 +36,7 @@ impl Params {
             level: values.float("level") as f32,
             does: values.text("does"),
             delay: values.duration("delay"),
+            witness: values.text("witness"),
         }
     }
 }
