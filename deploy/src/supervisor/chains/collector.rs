@@ -107,6 +107,19 @@ fn unix_time() -> i64 {
     signed(u64::try_from(time.unwrap_or_default().as_nanos()).unwrap_or(u64::MAX))
 }
 
+/// How far the wall clock is ahead of the monotonic one, in nanoseconds.
+fn wall_clock() -> i64 {
+    let look = |_| {
+        let before = signed(now());
+        let wall = unix_time();
+        let took = signed(now()) - before;
+        (took, wall - before - took / 2)
+    };
+    // The thread may be interrupted between two looks at clocks.
+    let fastest = (0..4).map(look).min();
+    fastest.map_or(0, |(_, ahead)| ahead)
+}
+
 fn message(of: &PlannedMessage) -> Message {
     Message {
         slot: of.slot.clone(),
@@ -409,7 +422,9 @@ impl Collector {
         let was_active = std::mem::replace(&mut component.coverage.is_active, taken.active);
         let since = if taken.overwritten > 0 {
             // Records before the oldest one are unknown.
-            Some(taken.hops.first().map_or(now, |hop| here(hop.left)))
+            let until = taken.hops.first().map_or(now, |hop| here(hop.left));
+            component.coverage.overwritten_until = until;
+            Some(until)
         } else if !taken.active || !was_active {
             Some(now)
         } else {
@@ -457,7 +472,7 @@ impl Collector {
     /// each chain, those after the first `known` ones, but no more than the newest.
     pub(super) fn status(&self, known: Option<&[u64]>) -> Chains {
         let most = MOST_TIMES / self.joiners.len().max(1);
-        let wall_clock = unix_time() - signed(now());
+        let wall_clock = wall_clock();
         let chains =
             self.joiners
                 .iter()

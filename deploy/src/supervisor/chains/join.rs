@@ -44,6 +44,8 @@ pub(super) struct Coverage {
     pub(super) was_followed: bool,
     /// The time since which all of its hops are known; none while it is not followed.
     pub(super) since: Option<i64>,
+    /// The time until which it had more hops than it keeps.
+    pub(super) overwritten_until: i64,
     /// Whether it handles messages: a managed component that is not active does not.
     pub(super) is_active: bool,
     /// The greatest error of its times.
@@ -436,7 +438,8 @@ impl Joiner {
     fn find_broken(&mut self, now: i64, coverage: &[Coverage]) {
         let mut stages = self.stages.iter().zip(&self.plan.hops).zip(coverage);
         let broken = stages.find_map(|((stage, hop), coverage)| {
-            let since = stage.waits_since?;
+            // A message may have arrived without a record.
+            let since = stage.waits_since?.max(coverage.overwritten_until);
             let is_broken = stage.waiting > 1 && now - since >= self.broken_after;
             is_broken.then_some((now - since, stage, hop, coverage))
         });
