@@ -1,5 +1,5 @@
 //! Measured chains of real components over shared memory: calls through three components, and
-//! samples.
+//! samples. One slow component makes several chains late, each with an action of its own.
 
 use rc_test_site::site::Site;
 use serde_json::{Value, json};
@@ -10,6 +10,13 @@ fn network(site: &Site) -> String {
         env!("CARGO_MANIFEST_DIR"),
         "/tests/programs/neighbour/neighbour.cdsl"
     );
+    // Longer than a computer under load delays a message.
+    let late = |name: &str, action: &str| {
+        format!(
+            "    Chain {name} {{ from a.other.getBatteryState; to c.BatteryStatus.getBatteryState; \
+                 within 250ms; {action} }};\n"
+        )
+    };
     let calls = |name: &str, does: &str| {
         let text = format!("cdsl \"{neighbour}\"; parameters {{ does \"{does}\"; }};");
         format!("    Component {name} {{ {text} }};\n")
@@ -18,17 +25,24 @@ fn network(site: &Site) -> String {
         "Deployment {}\n{{\n{}{}{}    \
              Component simulator {{ cdsl \"../simulator/simulator.cdsl\"; }};\n    \
              Component monitor {{ cdsl \"../pose_monitor/pose_monitor.cdsl\"; }};\n    \
+             Component avoider {{ cdsl \"../avoider/avoider.cdsl\"; }};\n    \
              bind a.other -> b.BatteryStatus;\n    bind b.other -> c.BatteryStatus;\n    \
              bind c.other -> simulator.BatteryStatus;\n    \
+             bind avoider.Laser -> simulator.Laser;\n    \
+             bind avoider.DifferentialRobot -> simulator.DifferentialRobot;\n    \
+             bind avoider.BatteryStatus -> simulator.BatteryStatus;\n    \
              bind monitor.FullPoseEstimationPub -> simulator.FullPoseEstimationPub;\n    \
-             Chain power {{ from a.other.getBatteryState; to c.BatteryStatus.getBatteryState; \
-                 within 150ms; late emergency c; }};\n    \
              Chain pose {{ from simulator.FullPoseEstimationPub.newFullPose; \
-                 to monitor.FullPoseEstimationPub.newFullPose; within 10s; age 10s; }};\n}};\n",
+                 to monitor.FullPoseEstimationPub.newFullPose; within 10s; age 10s; }};\n{}{}{}{}{}}};\n",
         site.network,
         calls("a", "call"),
         calls("b", "call back"),
         calls("c", ""),
+        late("power", "late emergency c;"),
+        late("halt", "late stop monitor;"),
+        late("park", "late fire avoider stop;"),
+        late("told", "late event;"),
+        late("warned", ""),
     )
 }
 
@@ -78,6 +92,48 @@ fn a_recording_has_the_chains(site: &Site) {
     assert_eq!(none.code, 3, "{none:?}");
 }
 
+/// All chains over `c` are late, and the supervisor does what each of them says.
+fn each_late_chain_acts(site: &Site) {
+    let severity = |chain: &str| {
+        let begin = format!("chain `{chain}` took");
+        let log = site.log("rcdeploy");
+        let events = log
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok());
+        let mut late = events.filter(|event: &Value| {
+            let text = event["message"].as_str().unwrap_or_default();
+            event["code"] == "chain-late"
+                && text.starts_with(&begin)
+                && text.contains(" of them at c (")
+        });
+        late.next().map(|event| event["severity"].clone())
+    };
+    for (chain, expected) in [
+        ("power", "warning"),
+        ("halt", "warning"),
+        ("park", "warning"),
+        ("told", "info"),
+        ("warned", "warning"),
+    ] {
+        Site::until("the chain to be late", || severity(chain).is_some());
+        assert_eq!(severity(chain), Some(expected.into()), "{chain}");
+    }
+    site.await_component("c", |status| status["state"] == "emergency");
+    site.await_component("monitor", |status| status["state"] == "stopped");
+    site.await_component("avoider", |status| {
+        status["machine"]["states"][0] == "on.motion.idle"
+    });
+    for (component, what) in [("c", "its emergency"), ("avoider", "the event `stop`")] {
+        let done = (
+            "late-action".to_owned(),
+            format!("has taken {what}, because a chain is late"),
+        );
+        Site::until("the action to be reported", || {
+            site.events(component).contains(&done)
+        });
+    }
+}
+
 #[test]
 fn chains_are_measured_and_a_slow_component_is_named() {
     let site = Site::new("chains");
@@ -85,7 +141,7 @@ fn chains_are_measured_and_a_slow_component_is_named() {
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let followed = |chain: &Value| chain["complete"].as_u64() >= Some(20);
-    Site::until("both chains to be measured", || {
+    Site::until("all chains to be measured", || {
         chains(&site).iter().all(followed)
     });
     for chain in chains(&site) {
@@ -99,17 +155,17 @@ fn chains_are_measured_and_a_slow_component_is_named() {
         assert!(p50(&chain["times"]) > 0.0, "{chain}");
     }
     a_recording_has_the_chains(&site);
-    // Longer than a machine under load delays a message; unit tests find 50 ms.
-    let slow = json!({"changes": {"delay": "200ms"}});
+    let is_driving = |status: &Value| {
+        let state = status["machine"]["states"][0].as_str();
+        state.is_some_and(|state| state.starts_with("on.motion.driving"))
+    };
+    site.await_component("avoider", is_driving);
+    // Unit tests find 50 ms.
+    let slow = json!({"changes": {"delay": "400ms"}});
     site.tell("c", "parameters_set", &slow);
-    Site::until("the chain to be late", || {
-        let log = site.log("rcdeploy");
-        let mut late = log.lines().filter(|line| line.contains("chain-late"));
-        late.any(|line| line.contains("chain `power` took") && line.contains(" of them at c ("))
-    });
-    let work = &chains(&site)[0]["hops"][1]["work"];
-    assert!(work["worst_ms"].as_f64() >= Some(200.0), "{work}");
-    site.await_component("c", |status| status["state"] == "emergency");
+    each_late_chain_acts(&site);
+    let work = &chains(&site)[1]["hops"][1]["work"];
+    assert!(work["worst_ms"].as_f64() >= Some(400.0), "{work}");
     let text = site.rcdeploy(&["chains", &site.network], false).stdout;
     assert!(text.contains("\n    chain-late\n"), "{text}");
     assert!(
