@@ -149,13 +149,19 @@ impl<'s> Witness<'s> {
         let (mut wrong, mut alarms, mut missed) = (Vec::new(), Vec::new(), Vec::new());
         let (mut witnessed, mut unfollowed) = (0, 0);
         let mut apart: Vec<f64> = Vec::new();
-        let numbers = self.messages.keys().next().zip(self.messages.keys().last());
-        let (first, until) = numbers.expect("messages");
+        let ends = (
+            self.messages.first_key_value(),
+            self.messages.last_key_value(),
+        );
+        let (Some((first, _)), Some((until, _))) = ends else {
+            panic!("no message was measured");
+        };
         for number in *first..=*until {
             let call = &self.calls[number];
-            let longest = match call.is_failed {
-                true => f64::INFINITY,
-                false => call.ended - call.begun,
+            let longest = if call.is_failed {
+                f64::INFINITY
+            } else {
+                call.ended - call.begun
             };
             // Behind a call that failed, its message may still be on its way.
             let follows = number.checked_sub(1).map(|before| self.calls[before]);
