@@ -4,6 +4,8 @@
 #include "robocomp/program.h"
 #include "specificworker.h"
 
+void GenericWorker::rc_set_parameters(rc::detail::Reader& reader) { reader.get(params); }
+
 const std::vector<rc::detail::Entry>& GenericWorker::rc_functions() const {
   static const std::vector<rc::detail::Entry> all{
       {RC_HANDLE, 0, 0, rc::handler<RoboCompGenericBase::HardwareFailedException>(&GenericWorker::DifferentialRobot_getBaseState)},

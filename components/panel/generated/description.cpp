@@ -5,9 +5,12 @@
 const char rc_description[] = R"rc_json({
   "managed": false,
   "middleware": "iceoryx2",
-  "model": "e9da4da454838d58",
+  "model": "3f465f4155398d44",
   "name": "panel",
-  "parameters": null,
+  "parameters": {
+    "name": "panel",
+    "parameters": [{"default":{"int":4000},"doc":["The distance at the edge of the picture. A click on the picture halves it; after the least one comes the greatest."],"editable":true,"kind":{"scalar":{"type":"int"}},"name":"range","range":{"max":{"int":8000},"min":{"int":1000}},"unit":"mm"}]
+  },
   "period_ns": 100000000,
   "simulates_time": false,
   "slots": [
@@ -31,6 +34,6 @@ namespace {
 
 // What tools read of the program without running it.
 [[gnu::used]] const char note[] =
-    "\x02rc-note\x03\x1e\x1f{\"component\":\"panel\",\"model\":\"e9da4da454838d58\",\"middleware\":\"iceoryx2\"}\0";
+    "\x02rc-note\x03\x1e\x1f{\"component\":\"panel\",\"model\":\"3f465f4155398d44\",\"middleware\":\"iceoryx2\"}\0";
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "interfaces/RoboCompLaser.h"
 #include "interfaces/RoboCompDifferentialRobot.h"
 #include "interfaces/RoboCompBatteryStatus.h"
+#include "parameters.h"
 #include "ui_mainUI.h"
 
 /// The component `panel` as its worker sees it.
@@ -25,6 +26,8 @@ class GenericWorker : public rc::Window<QWidget>, public Ui::guiDlg {
  public:
   GenericWorker() { setupUi(this); }
   Context ctx;
+  /// The parameters of the configuration.
+  Params params;
   std::shared_ptr<RoboCompDifferentialRobot::DifferentialRobotPrx> base_proxy = std::make_shared<RoboCompDifferentialRobot::DifferentialRobotPrx>(1);
   std::shared_ptr<RoboCompLaser::LaserPrx> laser_proxy = std::make_shared<RoboCompLaser::LaserPrx>(2);
   std::shared_ptr<RoboCompBatteryStatus::BatteryStatusPrx> batterystatus_proxy = std::make_shared<RoboCompBatteryStatus::BatteryStatusPrx>(3);
@@ -65,5 +68,6 @@ class GenericWorker : public rc::Window<QWidget>, public Ui::guiDlg {
   virtual void DifferentialRobot_correctOdometer(std::int32_t x, std::int32_t z, float alpha) = 0;
 
  protected:
+  void rc_set_parameters(rc::detail::Reader& reader) final;
   const std::vector<rc::detail::Entry>& rc_functions() const final;
 };

@@ -44,9 +44,9 @@ class FakeBatteryStatusServer : public rc::FakeServer {
 };
 
 /// The peers, the clock and the state of a worker under test.
-class TestContext : public rc::TestContext<rc::NoParams> {
+class TestContext : public rc::TestContext<Params> {
  public:
-  TestContext() : rc::TestContext<rc::NoParams>(rc_description, rc_folder) {}
+  TestContext() : rc::TestContext<Params>(rc_description, rc_folder) {}
   FakeDifferentialRobotServer base{*this, 1};
   FakeLaserServer laser{*this, 2};
   FakeBatteryStatusServer battery_status{*this, 3};

@@ -5,28 +5,24 @@
 #include <algorithm>
 #include <cmath>
 
-namespace {
-
-// The distance at the edge of the picture, in millimetres.
-constexpr double RANGE = 4000;
-
-}  // namespace
-
-void ScanView::show_scan(const RoboCompLaser::TLaserData& scan) {
+void ScanView::show_scan(const RoboCompLaser::TLaserData& scan, double range) {
   scan_ = scan;
+  range_ = range;
   update();
 }
+
+void ScanView::mousePressEvent(QMouseEvent*) { emit clicked(); }
 
 void ScanView::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
   painter.fillRect(rect(), QColor(24, 28, 36));
   painter.translate(rect().center());
-  const double scale = std::min(width(), height()) / (2 * RANGE);
+  const double scale = std::min(width(), height()) / (2 * range_);
   QPolygonF seen;
   seen << QPointF(0, 0);
   for (const auto& measure : scan_) {
-    const double length = std::min<double>(measure.dist, RANGE) * scale;
+    const double length = std::min<double>(measure.dist, range_) * scale;
     seen << QPointF(-length * std::sin(measure.angle), -length * std::cos(measure.angle));
   }
   painter.setPen(QColor(90, 200, 120));

@@ -8,11 +8,15 @@ namespace {
 
 /// How often the battery is read.
 constexpr auto BATTERY_PERIOD = 1s;
+/// The limits of `range`, in millimetres.
+constexpr std::int32_t LEAST_RANGE = 1000;
+constexpr std::int32_t MOST_RANGE = 8000;
 
 }  // namespace
 
 void SpecificWorker::initialize() {
   connect(emergencyButton, &QPushButton::clicked, this, &SpecificWorker::stop);
+  connect(scan, &ScanView::clicked, this, &SpecificWorker::zoom);
 }
 
 void SpecificWorker::compute() {
@@ -27,6 +31,12 @@ void SpecificWorker::stop() {
   goToEmergency("the emergency button was pressed");
   show_emergency(true);
   base_proxy->stopBase();
+}
+
+// The picture, until somebody sets the parameter.
+void SpecificWorker::zoom() {
+  params.range = params.range > LEAST_RANGE ? std::max(params.range / 2, LEAST_RANGE) : MOST_RANGE;
+  show_scan();
 }
 
 // A tool may have asked for the emergency, too.
@@ -48,7 +58,7 @@ void SpecificWorker::finalize() { base_proxy->stopBase(); }
 void SpecificWorker::show_scan() {
   auto result = ctx.laser.try_get_laser_data();
   const auto measures = result.value_or({});
-  scan->show_scan(measures);
+  scan->show_scan(measures, params.range);
   if (measures.empty()) {
     return nearest->setText(result.ok() ? "empty scan" : QString::fromStdString(result.what()));
   }

@@ -27,6 +27,7 @@ class SpecificWorker final : public GenericWorker {
 
  private slots:
   void stop();
+  void zoom();
 
  private:
   void show_scan();

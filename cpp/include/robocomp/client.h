@@ -207,6 +207,7 @@ class Client : public detail::End {
     detail::Writer writer;
     writer.members(std::tie(in...));
     const rc_answer answer = detail::checked(robocomp_start(slot_, operation, writer.bytes()));
+    detail::look_again();
     return Call<Reply, Throws>(static_cast<std::uint64_t>(answer.number));
   }
 

@@ -26,6 +26,7 @@ class Context {
   std::chrono::nanoseconds period() const { return std::chrono::nanoseconds(number(RC_PERIOD)); }
   void set_period(std::chrono::nanoseconds period) {
     detail::checked(robocomp_set(RC_SET_PERIOD, 0, period.count(), {}));
+    detail::look_again();
   }
   // Whether the component stops after this function.
   bool is_stopping() const { return number(RC_IS_STOPPING) != 0; }
@@ -56,6 +57,7 @@ class Machine {
   // Fires an event, which the machine handles after this function.
   void fire(Event event) {
     detail::checked(robocomp_set(RC_FIRE, static_cast<std::size_t>(event), 0, {}));
+    detail::look_again();
   }
   // Whether a state is active.
   bool is_in(State state) const {

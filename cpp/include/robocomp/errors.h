@@ -106,6 +106,13 @@ class Fatal final : public Ice::Exception { using Ice::Exception::Exception; };
 
 namespace detail {
 
+// A window sets it: the end of its wait.
+inline void (*end_of_wait)() = nullptr;
+// The worker has changed what the component does next: a window looks at it at once.
+inline void look_again() {
+  if (end_of_wait != nullptr) end_of_wait();
+}
+
 inline rc_bytes bytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }

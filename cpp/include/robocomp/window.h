@@ -46,12 +46,20 @@ class WindowApplication final : public QApplication {
     timer_.setSingleShot(true);
     timer_.setTimerType(Qt::PreciseTimer);
     connect(&timer_, &QTimer::timeout, this, [this] { wake(); });
+    end_of_wait = [] {
+      const bool is_waiting = QThread::currentThread()->loopLevel() == 1;
+      if (is_waiting) static_cast<WindowApplication*>(qApp)->wake();
+    };
   }
+  ~WindowApplication() override { end_of_wait = nullptr; }
 
   // Keeps an exception of an event: those of Qt's loop must not leave it.
   bool notify(QObject* receiver, QEvent* event) override {
     try {
-      return QApplication::notify(receiver, event);
+      const bool is_done = QApplication::notify(receiver, event);
+      // A loop inside a function of the worker has ended.
+      if (is_late_ && QThread::currentThread()->loopLevel() == 1) wake();
+      return is_done;
     } catch (...) {
       if (thrown_) {
         log_error("the window: " + current_exception_text());
@@ -108,6 +116,7 @@ class WindowApplication final : public QApplication {
   void wake() {
     const int level = QThread::currentThread()->loopLevel();
     if (level == 0) return;
+    is_late_ = level > 1;
     if (level == 1 && loop_ != nullptr) return loop_->exit(WOKEN);
     if (robocomp_get(RC_IS_STOPPING, 0).number != 0) return exit();
     if (notifier_ && notifier_->isEnabled()) {
@@ -130,6 +139,8 @@ class WindowApplication final : public QApplication {
   QTimer timer_;
   QEventLoop* loop_ = nullptr;
   std::exception_ptr thrown_;
+  // Whether a loop inside a function of the worker keeps the component from its own events.
+  bool is_late_ = false;
   bool is_warned_ = false;
 };
 

@@ -8,6 +8,7 @@ use rc_test_support::cable::{install, run};
 use rc_test_support::python::skipped;
 use rc_test_support::screen::Screen;
 use rc_test_support::{cmake, python};
+use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
@@ -162,6 +163,39 @@ fn pose(site: &Site) -> String {
     called.stdout
 }
 
+/// Clicks on the picture, which shows less of the room each time: what is beyond fills it. A tool sets the same
+/// parameter.
+fn a_click_changes_a_parameter(site: &Site, user: &User) {
+    let before = user.count(SCAN);
+    let fills = "a picture of the nearest metre";
+    for _ in 0..2 {
+        user.click(200, 100);
+    }
+    Site::until(fills, || user.count(SCAN) > before + before / 4);
+    let set = ["params", "set", &site.network, "panel", "range=8000"];
+    let set = site.rcdeploy(&set, false);
+    assert_eq!(set.code, 0, "{set:?}");
+    Site::until("a picture of the whole room", || user.count(SCAN) < before);
+}
+
+/// A worker that blocks for ever, because its display does not answer: the supervisor says that it hangs, and
+/// starts it again.
+fn a_window_that_blocks_is_restarted(site: &Site, screen: &Screen) {
+    let send = |signal| {
+        let server = Pid::from_raw(screen.process().cast_signed()).expect("a process");
+        kill_process(server, signal).expect("the display");
+    };
+    let before = site.ask("panel", "status")["pid"].as_u64();
+    assert!(before.is_some());
+    send(Signal::STOP);
+    await_event(site, "panel", "hung-too-long", "");
+    await_event(site, "panel", "killed", "");
+    send(Signal::CONT);
+    site.await_component("panel", |panel| {
+        panel["state"] == "running" && panel["pid"].as_u64() != before
+    });
+}
+
 #[test]
 fn a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order() {
     let test = "a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order";
@@ -170,7 +204,9 @@ fn a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order() {
     };
     crate::built();
     let site = Site::new("window_cpp");
-    site.write_ddsl(&PANEL.replace("Deployment panel", &format!("Deployment {}", site.network)));
+    let network = PANEL.replace("Deployment panel", &format!("Deployment {}", site.network));
+    let restart = "after simulator;\n        restart on_failure hung 2s; stop 1s;";
+    site.write_ddsl(&network.replace("after simulator;", restart));
     let mut up = tool(&site, &cmake);
     up.args(["up", "--build", "--detach", "--profile", "dev"]);
     up.arg(site.ddsl()).env("DISPLAY", &screen.name);
@@ -182,6 +218,7 @@ fn a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order() {
     let before = pose(&site);
     Site::until("the robot drives", || pose(&site) != before);
 
+    a_click_changes_a_parameter(&site, &user);
     // The button is at the bottom.
     user.click(200, -40);
     await_state(&site, "panel", "emergency");
@@ -200,6 +237,9 @@ fn a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order() {
     await_state(&site, "panel", "running");
     Site::until("the robot drives on", || pose(&site) != stands);
 
+    a_window_that_blocks_is_restarted(&site, &screen);
+    let user = User::of(&screen, "Panel");
+    Site::until("a scan in the new window", || user.count(SCAN) > 500);
     user.close();
     await_event(&site, "panel", "exited", "ended: exit status 0");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);

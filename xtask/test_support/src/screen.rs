@@ -29,6 +29,11 @@ impl Screen {
         Self::start(place.as_deref())
     }
 
+    /// The process of the server.
+    pub fn process(&self) -> u32 {
+        self.server.id()
+    }
+
     /// Starts the server of the system, or one unpacked in `place`.
     fn start(place: Option<&Path>) -> Result<Self, String> {
         match place {
