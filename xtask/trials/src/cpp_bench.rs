@@ -1,9 +1,10 @@
-//! `cargo xtask bench cpp`: components in C++ compared with the same ones in Rust: latencies, generation, builds,
-//! and idle memory.
+//! `cargo xtask bench cpp`: components in C++ compared with the same ones in Rust and with Ice: latencies,
+//! generation, builds, and idle memory.
 
 use crate::bench::{BLOCKS, GOAL, machine};
 use crate::compare::{Peer, met};
 use crate::figure::{BUILD, Figure, table};
+use crate::ice;
 use crate::pair::{Network, Pair, Row, quantile};
 use crate::programs::{Failure, Program, cargo, finish, root, target};
 use crate::usage::memory;
@@ -16,6 +17,8 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 const KIB: usize = 1024;
+/// The goal for the ratio to a query over Ice.
+const ICE_GOAL: f64 = 0.45;
 /// The components.
 const COMPONENTS: &str = "bench_cpp";
 /// How often a duration is measured.
@@ -71,8 +74,22 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
     )?;
     let mut theirs = Pair::generated_with("rust", profile, [&[], &[]])?;
     let mut good = met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?);
-    drop((ours, theirs));
+    drop(theirs);
     println!();
+    // A smoke test needs no Ice.
+    match (ice::build(), smoke) {
+        (Ok(echo), _) => {
+            let peer = Peer {
+                name: "Ice in C++",
+                goal: ICE_GOAL,
+            };
+            let mut theirs = Pair::ice(&echo)?;
+            good &= met(&peer.table(&rows[2..], &mut ours, &mut theirs, blocks, share)?);
+        }
+        (Err(missing), true) => println!("{missing}\n"),
+        (Err(missing), false) => return Err(missing),
+    }
+    drop(ours);
     good &= table([
         generation(profile, runs)?,
         rebuild(runs)?,

@@ -55,7 +55,7 @@ pub(crate) fn run() -> Result<(), Failure> {
 }
 
 /// Compiles `xtask/bench/ice`; returns the program.
-fn build() -> Result<PathBuf, Failure> {
+pub(crate) fn build() -> Result<PathBuf, Failure> {
     let source = root().join("xtask/bench/ice");
     let out = target()?.join("ice");
     std::fs::create_dir_all(&out)?;
