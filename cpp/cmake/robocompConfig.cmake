@@ -2,12 +2,24 @@
 # robocomp::robocomp, and the function that makes the program of a component.
 #
 # ROBOCOMP_LIBRARY is the file librobocomp_cpp.so; `rcdeploy up --build` sets it. Without it, that of
-# the framework's own target folder is taken: `cargo build -p rc-cpp` there builds it.
+# the framework's own target folder is taken: `cargo build -p rc-cpp` there builds it, with `--target` if a
+# toolchain file is for another processor.
 get_filename_component(_robocomp_folder "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
+set(_robocomp_target "${_robocomp_folder}/../target")
+if(CMAKE_CROSSCOMPILING)
+  set(_robocomp_target "${_robocomp_target}/${CMAKE_SYSTEM_PROCESSOR}-unknown-linux-gnu")
+endif()
 if(NOT ROBOCOMP_LIBRARY)
   find_file(ROBOCOMP_LIBRARY librobocomp_cpp.so
-    PATHS "${_robocomp_folder}/../target/release" "${_robocomp_folder}/../target/debug"
-    NO_DEFAULT_PATH)
+    PATHS "${_robocomp_target}/release" "${_robocomp_target}/debug"
+    NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
+endif()
+if(NOT ROBOCOMP_LIBRARY AND CMAKE_CROSSCOMPILING)
+  set(robocomp_FOUND FALSE)
+  set(robocomp_NOT_FOUND_MESSAGE
+    "librobocomp_cpp.so is not built for this processor: \
+`cargo build -p rc-cpp --release --target ${CMAKE_SYSTEM_PROCESSOR}-unknown-linux-gnu` in the framework builds it")
+  return()
 endif()
 if(NOT ROBOCOMP_LIBRARY)
   set(robocomp_FOUND FALSE)

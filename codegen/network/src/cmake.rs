@@ -12,7 +12,8 @@ use crate::variant;
 use crate::workspaces::Target;
 use rc_codegen::names;
 use std::ffi::OsString;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
+use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -23,6 +24,9 @@ const LIBRARY: &str = "librobocomp_cpp.so";
 
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 3] = ["CMakeLists.txt", "etc", "src"];
+
+/// The variable that names the toolchain file of the user.
+const TOOLCHAIN: &str = "CMAKE_TOOLCHAIN_FILE";
 
 const NEEDED: &str = "a component in C++ needs cmake 3.16 and a compiler of C++17 (g++ 8, clang++ 7) or later; \
                       on Debian and Ubuntu: `apt install cmake g++`";
@@ -36,6 +40,8 @@ pub(crate) struct Program {
     /// The folder of the build.
     build: PathBuf,
     arguments: Vec<OsString>,
+    /// The toolchain file, if the user names one.
+    toolchain: Option<PathBuf>,
     /// The folder of a variant with its generated files, and the component's own folder.
     staged: Option<(PathBuf, rc_codegen::Files, PathBuf)>,
     /// The folder of the lock between two builds.
@@ -45,7 +51,7 @@ pub(crate) struct Program {
 /// Refuses to build where cmake or a compiler is missing.
 ///
 /// # Errors
-/// A program is missing, or too old; the error says which one is needed.
+/// A program or the toolchain file is missing, or a program is too old; the error says what is needed.
 pub(crate) fn check() -> Result<(), Error> {
     let missing = |what: &str| Err(Error::Workspace(format!("{what}; {NEEDED}")));
     match Command::new("cmake").arg("--version").output() {
@@ -57,10 +63,7 @@ pub(crate) fn check() -> Result<(), Error> {
         Err(error) => return missing(&format!("cmake cannot be started: {error}")),
     }
     // These name a compiler themselves, and cmake says what is wrong with it.
-    if ["CXX", "CMAKE_TOOLCHAIN_FILE"]
-        .iter()
-        .any(|name| std::env::var_os(name).is_some())
-    {
+    if toolchain()?.is_some() || std::env::var_os("CXX").is_some() {
         return Ok(());
     }
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -70,6 +73,18 @@ pub(crate) fn check() -> Result<(), Error> {
         return Ok(());
     }
     missing("there is no compiler of C++ in the path")
+}
+
+/// The toolchain file of the user. cmake before 3.21 does not read the variable.
+fn toolchain() -> Result<Option<PathBuf>, Error> {
+    let Some(file) = std::env::var_os(TOOLCHAIN).filter(|set| !set.is_empty()) else {
+        return Ok(None);
+    };
+    let path = std::fs::canonicalize(&file);
+    path.map(Some).map_err(|error| {
+        let file = Path::new(&file).display();
+        Error::Workspace(format!("{TOOLCHAIN} names {file}: {error}"))
+    })
 }
 
 /// The build of a component of the workspace `root`, whose program is `path`.
@@ -118,25 +133,29 @@ pub(crate) fn of(
         option.push(value);
         option
     };
+    let mut arguments = vec![
+        set("CMAKE_BUILD_TYPE", Path::new(kind)),
+        set("CMAKE_EXPORT_COMPILE_COMMANDS", Path::new("ON")),
+        set("robocomp_DIR", &framework.join(FOLDER).join("cmake")),
+        set("ROBOCOMP_LIBRARY", &programs.join(LIBRARY)),
+        set("ROBOCOMP_PROGRAMS", &programs),
+        set(
+            "ROBOCOMP_PROGRAM",
+            Path::new(path.file_name().unwrap_or_default()),
+        ),
+        set(
+            "ROBOCOMP_SANITIZER",
+            Path::new(built.sanitizer.map_or("", Sanitizer::word)),
+        ),
+    ];
+    let toolchain = toolchain()?;
+    arguments.extend(toolchain.iter().map(|file| set(TOOLCHAIN, file)));
     Ok(Program {
         component: name.clone(),
         build,
         folder,
-        arguments: vec![
-            set("CMAKE_BUILD_TYPE", Path::new(kind)),
-            set("CMAKE_EXPORT_COMPILE_COMMANDS", Path::new("ON")),
-            set("robocomp_DIR", &framework.join(FOLDER).join("cmake")),
-            set("ROBOCOMP_LIBRARY", &programs.join(LIBRARY)),
-            set("ROBOCOMP_PROGRAMS", &programs),
-            set(
-                "ROBOCOMP_PROGRAM",
-                Path::new(path.file_name().unwrap_or_default()),
-            ),
-            set(
-                "ROBOCOMP_SANITIZER",
-                Path::new(built.sanitizer.map_or("", Sanitizer::word)),
-            ),
-        ],
+        arguments,
+        toolchain,
         staged,
         lock: folders.join("lock").join(&package),
     })
@@ -154,6 +173,8 @@ impl Program {
             launcher::renew(place, files, folder, &SHARED)
                 .map_err(cannot(format!("write {}", place.display())))?;
         }
+        self.forget_other_toolchain()
+            .map_err(cannot(format!("clear {}", self.build.display())))?;
         let mut configure = Command::new("cmake");
         configure
             .args(["--log-level=WARNING", "-S"])
@@ -165,6 +186,30 @@ impl Program {
         build.arg("--build").arg(&self.build);
         build.args(["--parallel", &jobs.to_string()]);
         self.run(build)
+    }
+
+    /// Clears a build folder of another toolchain file: cmake keeps the compiler of its first run.
+    fn forget_other_toolchain(&self) -> io::Result<()> {
+        let Some(wanted) = &self.toolchain else {
+            return Ok(());
+        };
+        let cache = self.build.join("CMakeCache.txt");
+        let text = match std::fs::read(&cache) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            read => read?,
+        };
+        let entry = [TOOLCHAIN.as_bytes(), b":"].concat();
+        let mut lines = text.split(|byte| *byte == b'\n');
+        let own = lines.find(|line| line.starts_with(&entry));
+        let own = own.and_then(|line| line.splitn(2, |byte| *byte == b'=').nth(1));
+        if own == Some(wanted.as_os_str().as_bytes()) {
+            return Ok(());
+        }
+        std::fs::remove_file(cache)?;
+        match std::fs::remove_dir_all(self.build.join("CMakeFiles")) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
     }
 
     fn run(&self, mut command: Command) -> Result<(), Error> {

@@ -438,7 +438,7 @@ impl Programs {
             && is_of_cmake
             && host.is_some_and(|of| processor::own() != Some(of))
         {
-            return "cmake builds for this machine only: build it on a machine like the host, and name the program with `executable`".to_owned();
+            return "`up --build` runs cmake for this machine only: build it with a toolchain file or on a machine like the host, and name the program with `executable`".to_owned();
         }
         if instance.executable.is_none() {
             return format!("build it: `{command}`");

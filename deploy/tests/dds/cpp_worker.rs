@@ -10,6 +10,11 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
+const CLOCK_CPP: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/programs/clock_cpp/clock_cpp.cdsl"
+);
+
 const CPP: &str = "cdsl \"../avoider_cpp/avoider_cpp.cdsl\";";
 
 /// `rcdeploy` with cmake in its path.
@@ -26,9 +31,13 @@ pub(crate) fn tool(site: &Site, cmake: &Path) -> Command {
     command
 }
 
-/// `ctest` in the folder of the build of a component.
+/// The test of a component of this repository.
 pub(crate) fn its_own_test_passes(site: &Site, cmake: &Path, component: &str) {
-    let folder = Site::components().join(component);
+    ctest(site, cmake, &Site::components().join(component));
+}
+
+/// `ctest` in `build` of the folder of a component, where `up --build` has built it.
+pub(crate) fn ctest(site: &Site, cmake: &Path, folder: &Path) {
     let (source, build) = (folder.to_string_lossy(), folder.join("build"));
     let build = build.to_string_lossy();
     for words in [
@@ -89,18 +98,37 @@ fn a_sanitizer_builds_another_program(site: &Site, cmake: &Path) {
     site.assert_nothing_left();
 }
 
+/// The toolchain file of the user chooses compiler and flags, also for a build folder that had others.
+fn a_toolchain_file_chooses_the_compiler(cmake: &Path) {
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs");
+    let site = Site::new("cpp_toolchain");
+    let network = format!(
+        "Deployment {}\n{{\n    middleware iceoryx2;\n    time simulated by clock;\n    Component clock {{ cdsl \"{CLOCK_CPP}\"; }};\n}};\n",
+        site.network
+    );
+    site.write_ddsl(&network);
+    let mut up = tool(&site, cmake);
+    up.args(["up", "--build", "--detach", "--profile", "dev"]);
+    up.arg(site.ddsl());
+    up.env("CMAKE_TOOLCHAIN_FILE", programs.join("toolchain.cmake"));
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let commands = programs.join("clock_cpp/build/compile_commands.json");
+    let commands = std::fs::read_to_string(commands).expect("flags");
+    assert!(commands.contains("-DFLAG_OF_THE_TOOLCHAIN"), "{commands}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
 /// A source of time in C++ drives an avoider in C++ in lockstep: the run is the same as with both in Rust,
 /// and exact recordings repeat both.
 #[test]
 fn a_source_of_time_in_cpp_drives_a_network_in_lockstep() {
-    const CLOCK_CPP: &str = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/programs/clock_cpp/clock_cpp.cdsl"
-    );
     let Some(cmake) = cmake::folder("a_source_of_time_in_cpp_drives_a_network_in_lockstep") else {
         return;
     };
     crate::built();
+    a_toolchain_file_chooses_the_compiler(&cmake);
     let mut traces = Vec::new();
     for (name, clock, avoider) in [
         ("time_rust", CLOCK, AVOIDER),
@@ -163,7 +191,7 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     }
 }
 
-/// Without cmake or without a compiler, `up --build` says what is needed before anything is built or started.
+/// Without cmake, a compiler or the toolchain file, `up --build` says what is needed before anything is built or started.
 #[test]
 fn without_cmake_up_says_what_is_needed() {
     crate::built();
@@ -186,4 +214,13 @@ fn without_cmake_up_says_what_is_needed() {
         std::fs::write(&cmake, "#!/bin/sh\n").expect("to write");
         std::fs::set_permissions(&cmake, PermissionsExt::from_mode(0o755)).expect("to set");
     }
+    let mut up = site.command(Path::new(env!("CARGO_BIN_EXE_rcdeploy")));
+    up.args(["up", "--build", "--profile", "dev"])
+        .arg(site.ddsl());
+    up.env("PATH", &programs)
+        .env("CMAKE_TOOLCHAIN_FILE", "nowhere.cmake");
+    let up = site.run(up);
+    assert_ne!(up.code, 0, "{up:?}");
+    let missing = "CMAKE_TOOLCHAIN_FILE names nowhere.cmake: No such file";
+    assert!(up.stderr.contains(missing), "{up:?}");
 }
