@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 
 /// A text in the code of an old worker, and what takes its place.
-const GONE: [(&str, &str); 17] = [
+const GONE: [(&str, &str); 20] = [
     (
         "QTimer",
         "the runtime runs compute() once a period; remove the timer",
@@ -66,13 +66,25 @@ const GONE: [(&str, &str); 17] = [
         "the network decides when a component runs (`rcdeploy stop`, `start`)",
     ),
     (
+        "GRAFCETStep",
+        "a file that `statemachine` of the .cdsl names has the states",
+    ),
+    (
+        "statemachine.",
+        "the runtime runs the state machine; remove it",
+    ),
+    (
+        "std::cout",
+        "rc::log_info(\"…\") writes a line of the log; for std::cout, include <iostream>",
+    ),
+    (
         "setPeriod(\"",
         "setPeriod has one argument, milliseconds; a state machine has one period",
     ),
 ];
 
 /// Those of a worker without a window.
-const GONE_WITHOUT_WINDOW: [(&str, &str); 4] = [
+const GONE_WITHOUT_WINDOW: [(&str, &str); 7] = [
     (
         "Q_OBJECT",
         "a worker is a QObject with `gui Qt(QWidget);` only; remove it",
@@ -89,6 +101,12 @@ const GONE_WITHOUT_WINDOW: [(&str, &str); 4] = [
         "QObject::connect",
         "no signals of Qt; a handler or compute() runs in place of the slot",
     ),
+    ("qDebug", "rc::log_debug(\"…\") writes a line of the log"),
+    ("qInfo", "rc::log_info(\"…\") writes a line of the log"),
+    (
+        "qWarning",
+        "rc::log_warning(\"…\") writes a line of the log",
+    ),
 ];
 
 /// Whether a description has a window of Qt.
@@ -103,7 +121,8 @@ fn has_window(cdsl: &Path) -> io::Result<bool> {
     }))
 }
 
-/// Where the worker beside an old description has such a text: `FILE:LINE: TEXT: …`. Each text once a file.
+/// Where the worker beside an old description has such a text: `FILE:LINE: TEXT: …`. Each text once a file, in the order
+/// of the lines.
 ///
 /// # Errors
 /// A file cannot be read.
@@ -124,13 +143,16 @@ pub fn gone(cdsl: &Path) -> io::Result<Vec<String>> {
         let text = text.map_err(|error| crate::paths::named(&path, &error))?;
         // Comments of old files may be Latin-1.
         let text = String::from_utf8_lossy(&text);
-        for (word, instead) in without_window.iter().chain(&GONE) {
-            let mut lines = text.lines().enumerate();
-            let found = lines.find(|(_, line)| uses(line, word));
-            all.extend(
-                found.map(|(at, _)| format!("{}:{}: `{word}`: {instead}", path.display(), at + 1)),
-            );
-        }
+        let words = without_window.iter().chain(&GONE);
+        let found = words.filter_map(|(word, instead)| {
+            let line = text.lines().position(|line| uses(line, word))?;
+            Some((line + 1, word, instead))
+        });
+        let mut found: Vec<_> = found.collect();
+        found.sort_by_key(|(line, ..)| *line);
+        all.extend(found.iter().map(|(line, word, instead)| {
+            format!("{}:{line}: `{word}`: {instead}", path.display())
+        }));
     }
     Ok(all)
 }

@@ -13,6 +13,7 @@ mod debugging;
 mod hosts;
 mod inner_model;
 mod mapping;
+mod migration;
 mod mixed;
 mod moving;
 mod moving_world;
