@@ -158,7 +158,6 @@ impl Core {
         let Some(answer) = answer else {
             return;
         };
-        answer.asked = now;
         let count = answer.count();
         let wanted: Vec<usize> = if question.chunks.is_empty() {
             (0..count.min(WINDOW)).collect()
@@ -166,6 +165,7 @@ impl Core {
             let chunks = question.chunks.iter().map(|at| *at as usize);
             chunks.filter(|at| *at < count).take(WINDOW).collect()
         };
+        answer.ask(&wanted, now);
         let sender = self.protocol.writer;
         let parts = wanted.into_iter().map(|at| {
             let begin = at * MOST_CHUNK;
@@ -197,7 +197,7 @@ impl Core {
         let most = self.protocol.most_answer;
         // It takes a time in proportion to the world: first, those of others arrive.
         let may_be_large = question.since.is_empty() || !question.ranges.is_empty();
-        if may_be_large && !self.has_room_for(question, most / 2) {
+        if may_be_large && !self.has_room_for(question, most / 2, now) {
             return None;
         }
         let Some(bytes) = self.answer_of(question) else {
@@ -205,7 +205,7 @@ impl Core {
             self.protocol.refuse(&reason);
             return None;
         };
-        if !self.has_room_for(question, bytes.len()) {
+        if !self.has_room_for(question, bytes.len(), now) {
             return None;
         }
         let is_whole = question.ranges.is_empty();
@@ -213,11 +213,13 @@ impl Core {
             to: question.sender,
             number: question.number,
             bytes,
+            made: now,
             asked: now,
+            reached: 0,
             upto: is_whole.then(|| self.replica.seen().clone()),
             has_arrived: false,
         };
-        let at = self.protocol.answers.keep(answer, most);
+        let at = self.protocol.answers.keep(question, answer, most);
         self.protocol.counts.answered += 1;
         self.protocol.answers.has_new |= question.since.is_empty();
         Some(at)
@@ -225,11 +227,12 @@ impl Core {
 
     /// Whether an answer of so many bytes has room. If it has none, the other replica is told to ask
     /// again: a chunk of none says so.
-    fn has_room_for(&mut self, question: &Question, bytes: usize) -> bool {
+    fn has_room_for(&mut self, question: &Question, bytes: usize, now: Duration) -> bool {
         let most = self.protocol.most_answer;
-        let answers = &self.protocol.answers;
-        let has_room = answers.have_room(question.sender, bytes, most);
+        let answers = &mut self.protocol.answers;
+        let has_room = answers.have_room(question, bytes, most, now);
         if !has_room {
+            answers.postpone(question.sender, now);
             self.protocol.send(Content::Chunk {
                 sender: self.protocol.writer,
                 to: question.sender,

@@ -11,6 +11,9 @@ use std::time::Duration;
 const SECOND: Duration = Duration::from_secs(1);
 /// The writer of a stranger who announces changes that nobody gets.
 const STRANGER: u64 = 9;
+/// The writers of the first two replicas of a [`Network`].
+const FIRST: u64 = 101;
+const SECOND_ONE: u64 = 102;
 
 fn world(writer: u64) -> World {
     World::new(Setup::new("mapper", flat()).with_writer(writer))
@@ -392,6 +395,98 @@ fn two_late_joiners_of_a_world_larger_than_an_answer_both_get_it() {
     for at in 0..3 {
         assert_eq!(network.at(at).refused(), 0);
     }
+}
+
+/// A question for some chunks of an answer.
+fn chunk_question(sender: u64, to: u64, number: u64, chunks: &[u32]) -> Message {
+    let mut writer = Writer::default();
+    for of in [sender, to, number] {
+        writer.put(&of);
+    }
+    writer.put(&0_u32);
+    writer.put(&0_u32);
+    writer.put(&chunks.to_vec());
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Ask, &mut Reader::new(&bytes)).expect("a message")
+}
+
+/// A network of one replica with many doors, whose answers have at most so many bytes.
+fn doors(count: usize, most_answer: usize, seed: u64) -> Network {
+    let mut network = Network::with_most_answer(1, CALM, seed, most_answer);
+    let filled = network.at(0).change(|edit| {
+        for number in 0..count {
+            let door = edit.add_node("door")?;
+            edit.set(door, "name", format!("door {number}"))?;
+        }
+        Ok(())
+    });
+    filled.expect("a sound change");
+    network.run(3 * SECOND);
+    network
+}
+
+fn join(network: &mut Network, at: usize) {
+    let late = network.world(at, Rights::everything());
+    network.worlds.push(Some(late));
+    network.groups.push(0);
+}
+
+/// It asks for everything again and again, or for one chunk of an answer that it has.
+#[test]
+fn a_stranger_that_takes_no_answer_keeps_nobody_from_the_world() {
+    for repeats in [false, true] {
+        let mut network = doors(1000, 24 << 10, 17);
+        let schema = schema_of(&world(7));
+        let mut number = 0;
+        for step in 0..1500 {
+            if step == 10 {
+                join(&mut network, 1);
+            }
+            let (first, now) = (network.at(0), network.now);
+            if step % 50 == 0 {
+                first.receive(now, digest(schema, STRANGER, 0));
+            }
+            // More often than an answer is kept.
+            if step % 15 == 0 {
+                let again = repeats && number > 0;
+                if again {
+                    first.receive(now, chunk_question(STRANGER, FIRST, number, &[0]));
+                } else {
+                    number += 1;
+                    first.receive(now, question(STRANGER, FIRST, number));
+                }
+            }
+            network.run(Duration::from_millis(20));
+            if network.worlds.len() == 2 && network.at(1).has_joined() {
+                break;
+            }
+        }
+        assert!(network.at(1).has_joined(), "repeats: {repeats}");
+        assert_eq!(network.at(1).snapshot().node_count(), 1000);
+    }
+}
+
+/// While a replica takes the chunks of an answer, somebody asks in its name.
+#[test]
+fn questions_in_the_name_of_another_replica_take_no_answer_away_from_it() {
+    let mut network = doors(4000, usize::MAX, 19);
+    // The chunks take longer than the pause between two answers.
+    network.weather = Weather { late: 140, ..CALM };
+    join(&mut network, 1);
+    let mut forged = 0;
+    let start = network.now;
+    while network.at(1).snapshot().node_count() == 0 && network.now < start + 20 * SECOND {
+        if network.at(0).status(network.now).counts.answered > 0 {
+            forged += 1;
+            let forgery = question(SECOND_ONE, FIRST, 1_000_000 + forged);
+            network.at(0).receive(network.now, forgery);
+        }
+        network.run(Duration::from_millis(1));
+    }
+    assert_eq!(network.at(1).snapshot().node_count(), 4000);
+    assert!(forged > 2, "{forged} forged questions");
+    // The first answer was enough.
+    assert_eq!(network.at(1).status(network.now).counts.asked, 1);
 }
 
 #[test]
