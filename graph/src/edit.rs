@@ -31,6 +31,8 @@ pub struct Edit {
     pub(crate) keyed: Vec<u32>,
     /// Values of attributes that keep their history.
     pub(crate) kept: Vec<(Element, Symbol)>,
+    /// New ids count from this number on, at least.
+    first_id: u64,
     steps: usize,
 }
 
@@ -44,6 +46,7 @@ impl Edit {
             fallen: Vec::new(),
             keyed: Vec::new(),
             kept: Vec::new(),
+            first_id: 0,
             steps: 0,
         }
     }
@@ -82,14 +85,14 @@ impl Edit {
 
     /// Makes the ids that follow count from this number on, unless they do already.
     pub fn count_ids_from(&mut self, first: u64) {
-        if self.next.shape.next < first {
-            self.shape().next = first;
-        }
+        self.first_id = first;
     }
 
     /// The next id of this graph's writer.
     fn fresh(&mut self) -> Id {
+        let first = self.first_id;
         let shape = self.shape();
+        shape.next = shape.next.max(first);
         // A fork may have made ids with this writer before.
         loop {
             let id = Id::new(shape.writer, shape.next);

@@ -5,6 +5,7 @@ use crate::hash::range_of;
 use crate::limits::{MOST_AHEAD, MOST_ELEMENTS, is_far_in_answer};
 use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
 use property_graph::{Id, Value};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, RandomState};
 
@@ -29,6 +30,14 @@ pub(crate) struct Element {
     pub(crate) made: Option<(Stamp, Made)>,
     pub(crate) removed: Option<Stamp>,
     pub(crate) attributes: BTreeMap<String, (Stamp, Option<Value>)>,
+}
+
+impl Element {
+    /// Whether it becomes this. Of two contents with one stamp, all replicas keep the same one.
+    fn becomes(&self, made: &Made) -> bool {
+        let known = self.made.as_ref();
+        known.is_none_or(|(_, known)| known > made)
+    }
 }
 
 /// A number of a writer that no other one has, generated at random.
@@ -326,15 +335,33 @@ impl Replica {
         }
         // Its own message may come back after it has removed the element.
         let is_first = is_local && matches!(record, Record::Node { .. } | Record::Edge { .. });
-        if !self.elements.contains_key(&id) && self.is_removed(id) && !is_first {
+        let is_covered = covers(&self.seen, id);
+        let is_gone = is_covered || self.gone.contains(&id);
+        let element = match self.elements.entry(id) {
+            Entry::Occupied(known) => known.into_mut(),
             // The removal is forgotten.
-            return;
-        }
-        let element = self.elements.entry(id).or_default();
+            Entry::Vacant(_) if is_gone && !is_first => return,
+            Entry::Vacant(new) => new.insert(Element::default()),
+        };
+        let is_early = match record {
+            Record::Node { .. } | Record::Edge { .. } => element.removed.is_some(),
+            Record::Attribute { .. } => element.made.is_none() || element.removed.is_some(),
+            Record::Removed { .. } => true,
+        };
         match record {
-            Record::Node { kind, .. } => self.make(id, stamp, Made::Node(kind.clone())),
+            Record::Node { kind, .. } => {
+                let made = Made::Node(kind.clone());
+                if element.becomes(&made) {
+                    let before = element.made.replace((stamp, made));
+                    self.link(id, before);
+                }
+            }
             Record::Edge { kind, from, to, .. } => {
-                self.make(id, stamp, Made::Edge(kind.clone(), *from, *to));
+                let made = Made::Edge(kind.clone(), *from, *to);
+                if element.becomes(&made) {
+                    let before = element.made.replace((stamp, made));
+                    self.link(id, before);
+                }
             }
             Record::Removed { .. } => {
                 // The first removal counts, so that the tombstone goes as soon as it can.
@@ -361,28 +388,22 @@ impl Replica {
             }
             Record::Attribute { .. } => {}
         }
-        let element = self.elements.get(&id);
-        let is_early = element.is_some_and(|e| e.made.is_none() || e.removed.is_some());
-        if is_early && !covers(&self.seen, id) {
+        if is_early && !is_covered {
             self.early.insert(id);
         }
     }
 
-    /// Notes the content of an element. Of two with one stamp, all replicas keep the same one.
-    fn make(&mut self, id: Id, stamp: Stamp, made: Made) {
-        let known = self.elements.get(&id).and_then(|e| e.made.clone());
-        if known.as_ref().is_some_and(|(_, known)| *known <= made) {
-            return;
-        }
-        if let Some((_, known)) = known {
+    /// Notes the ends of an element with a new content, in place of those before.
+    fn link(&mut self, id: Id, before: Option<(Stamp, Made)>) {
+        if let Some((_, known)) = before {
             self.unlink(id, &known);
         }
-        if let Made::Edge(_, from, to) = &made {
+        let element = self.elements.get(&id);
+        if let Some((_, Made::Edge(_, from, to))) = element.and_then(|e| e.made.as_ref()) {
             for end in [from, to] {
                 self.edges.entry(*end).or_default().insert(id);
             }
         }
-        self.elements.entry(id).or_default().made = Some((stamp, made));
     }
 
     /// Takes an edge from its ends.

@@ -233,6 +233,19 @@ fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Va
         let attribute = all.find(|attribute| attribute.name == name)?;
         Some(attribute.value_of())
     };
+    let shown = |all: &mut dyn Iterator<Item = (&str, &Value)>| {
+        all.filter(|(name, value)| allows(schema, kind, name, value))
+            .map(|(name, value)| (name.to_owned(), value.clone()))
+            .collect()
+    };
+    // The usual case: each attribute is a value of its own.
+    let mut all = declared.into_iter().flatten();
+    if all.all(|attribute| attribute.value_of() == attribute.name) {
+        let all = element.attributes.iter();
+        return shown(
+            &mut all.filter_map(|(name, (_, value))| Some((name.as_str(), value.as_ref()?))),
+        );
+    }
     let mut latest: BTreeMap<&str, (Stamp, &str, Option<&Value>)> = BTreeMap::new();
     for (name, (stamp, value)) in &element.attributes {
         let own = (*stamp, name.as_str(), value.as_ref());
@@ -242,10 +255,7 @@ fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Va
         }
     }
     let all = latest.into_values();
-    let all = all.filter_map(|(_, name, value)| Some((name, value?)));
-    all.filter(|(name, value)| allows(schema, kind, name, value))
-        .map(|(name, value)| (name.to_owned(), value.clone()))
-        .collect()
+    shown(&mut all.filter_map(|(_, name, value)| Some((name, value?))))
 }
 
 /// The keys of a node: the type that declares one, its name, its value.

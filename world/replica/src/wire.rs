@@ -13,6 +13,9 @@ struct Key {
 }
 cdr_struct!(Key: writer, count);
 
+/// A step has more bytes than this.
+const LEAST_STEP: usize = 80;
+
 #[derive(Clone, Debug, Default)]
 struct WireValue {
     kind: u8,
@@ -22,47 +25,6 @@ struct WireValue {
     bytes: Vec<u8>,
 }
 cdr_struct!(WireValue: kind, ints, floats, texts, bytes);
-
-/// A step, which is written from its record without a copy.
-#[derive(Clone)]
-struct Step {
-    what: u8,
-    stamp: Stamp,
-    name: String,
-    of: Key,
-    to: Key,
-    value: WireValue,
-}
-
-impl Cdr for Step {
-    fn encode(&self, writer: &mut Writer<'_>) {
-        begin_step(
-            writer,
-            self.what,
-            self.stamp,
-            &self.name,
-            (&self.of, &self.to),
-        );
-        writer.put(&self.value);
-    }
-
-    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        let what = reader.get()?;
-        let [count, by, sequence] = [reader.get()?, reader.get()?, reader.get()?];
-        Ok(Self {
-            what,
-            stamp: Stamp {
-                count,
-                writer: by,
-                sequence,
-            },
-            name: reader.get()?,
-            of: reader.get()?,
-            to: reader.get()?,
-            value: reader.get()?,
-        })
-    }
-}
 
 fn begin_step(writer: &mut Writer<'_>, what: u8, stamp: Stamp, name: &str, (of, to): (&Key, &Key)) {
     writer.put(&what);
@@ -288,29 +250,32 @@ fn value(content: WireValue) -> Result<Option<Value>, DecodeError> {
     ))
 }
 
-fn record(step: Step) -> Result<Record, DecodeError> {
-    let stamp = step.stamp;
-    Ok(match step.what {
-        0 => Record::Node {
-            stamp,
-            kind: step.name,
-        },
+fn record(reader: &mut Reader<'_>) -> Result<Record, DecodeError> {
+    let what: u8 = reader.get()?;
+    let [count, by, sequence] = [reader.get()?, reader.get()?, reader.get()?];
+    let stamp = Stamp {
+        count,
+        writer: by,
+        sequence,
+    };
+    let name: String = reader.get()?;
+    let [of, to]: [Key; 2] = [reader.get()?, reader.get()?];
+    let value = read_value(reader)?;
+    Ok(match what {
+        0 => Record::Node { stamp, kind: name },
         1 => Record::Edge {
             stamp,
-            kind: step.name,
-            from: step.of.id(),
-            to: step.to.id(),
+            kind: name,
+            from: of.id(),
+            to: to.id(),
         },
         2 => Record::Attribute {
             stamp,
-            of: step.of.id(),
-            name: step.name,
-            value: value(step.value)?,
+            of: of.id(),
+            name,
+            value,
         },
-        3 => Record::Removed {
-            stamp,
-            of: step.of.id(),
-        },
+        3 => Record::Removed { stamp, of: of.id() },
         other => {
             return Err(DecodeError::NoSuchValue {
                 what: "a step of a change",
@@ -320,9 +285,47 @@ fn record(step: Step) -> Result<Record, DecodeError> {
     })
 }
 
+/// Reads a value as [`content`] has it, the usual ones without lists.
+fn read_value(reader: &mut Reader<'_>) -> Result<Option<Value>, DecodeError> {
+    let kind: u8 = reader.get()?;
+    let count = reader.length()?;
+    if (kind, count) == (2, 1) {
+        let number = reader.get()?;
+        let _: (Vec<f64>, Vec<String>) = (reader.get()?, reader.get()?);
+        let _: Vec<u8> = reader.get()?;
+        return Ok(Some(Value::Int(number)));
+    }
+    let ints = i64::decode_all(count, reader)?;
+    let count = reader.length()?;
+    if (kind, count) == (3, 1) {
+        let number = reader.get()?;
+        let _: (Vec<String>, Vec<u8>) = (reader.get()?, reader.get()?);
+        return Ok(Some(Value::Float(number)));
+    }
+    let floats = f64::decode_all(count, reader)?;
+    let count = reader.length()?;
+    if (kind, count) == (4, 1) {
+        let text: String = reader.get()?;
+        let _: Vec<u8> = reader.get()?;
+        return Ok(Some(Value::Text(text.into())));
+    }
+    value(WireValue {
+        kind,
+        ints,
+        floats,
+        texts: String::decode_all(count, reader)?,
+        bytes: reader.get()?,
+    })
+}
+
 fn records(reader: &mut Reader<'_>) -> Result<Vec<Record>, DecodeError> {
-    let steps: Vec<Step> = reader.get()?;
-    steps.into_iter().map(record).collect()
+    let count = reader.length()?;
+    // A false count allocates no memory.
+    let mut records = Vec::with_capacity(count.min(reader.rest().len() / LEAST_STEP));
+    for _ in 0..count {
+        records.push(record(reader)?);
+    }
+    Ok(records)
 }
 
 /// About how many bytes records have.
