@@ -349,25 +349,32 @@ fn place(
     Ok(())
 }
 
-impl News {
-    fn between(before: &Tree, now: &Tree) -> Self {
-        let (mut gone, mut changed) = (Vec::new(), BTreeSet::new());
-        for change in now.since(before) {
-            match change {
-                Change::Removed { id, .. } => gone.push(id),
-                Change::Added(node)
-                | Change::Parent(node)
-                | Change::Moved(node)
-                | Change::Data(node) => {
-                    changed.insert(node);
-                }
+/// The ids of the nodes that have gone between two versions of a tree, and the nodes that have come or changed,
+/// parents before their children.
+pub(crate) fn changes<'t>(before: &Tree, now: &'t Tree) -> (Vec<String>, Vec<NodeRef<'t>>) {
+    let (mut gone, mut changed) = (Vec::new(), BTreeSet::new());
+    for change in now.since(before) {
+        match change {
+            Change::Removed { id, .. } => gone.push(id),
+            Change::Added(node)
+            | Change::Parent(node)
+            | Change::Moved(node)
+            | Change::Data(node) => {
+                changed.insert(node);
             }
         }
-        let there = changed.into_iter().filter_map(|node| now.node(node).ok());
-        // The root is no part of the world.
-        let there = there.filter(|node| node.parent().is_some());
-        let mut there: Vec<NodeRef<'_>> = there.collect();
-        there.sort_by_key(NodeRef::depth);
+    }
+    let there = changed.into_iter().filter_map(|node| now.node(node).ok());
+    // The root is no part of the world.
+    let there = there.filter(|node| node.parent().is_some());
+    let mut there: Vec<NodeRef<'_>> = there.collect();
+    there.sort_by_key(NodeRef::depth);
+    (gone, there)
+}
+
+impl News {
+    fn between(before: &Tree, now: &Tree) -> Self {
+        let (gone, there) = changes(before, now);
         let parts = there.iter();
         let parts = parts.map(|node| (node.id().to_owned(), part(node)));
         Self {

@@ -4,6 +4,7 @@ mod front;
 mod manager;
 mod parts;
 mod service;
+mod simulators;
 mod specific_worker;
 mod wire;
 mod world;

@@ -1,6 +1,7 @@
-//! Loads the tree, and keeps it and the world equal.
+//! Loads the tree, and keeps it, the world and the scenes of simulators equal.
 
 use crate::front;
+use crate::simulators::Simulators;
 use crate::world::World;
 use inner_model_generated::tracing::{info, warn};
 use inner_model_generated::{Context, ParamChange, Worker, WorkerError, WorldHandlers};
@@ -13,6 +14,7 @@ const JOINING: Duration = Duration::from_secs(4);
 /// The tree.
 pub struct SpecificWorker {
     pub(crate) world: World,
+    simulators: Simulators,
 }
 
 /// The time of the component's clock, since its zero.
@@ -40,7 +42,8 @@ impl Worker<Context> for SpecificWorker {
             // Requests that come as soon as it is ready find the tree.
             ctx.g.wait_for_others(JOINING);
         }
-        let mut worker = Self { world };
+        let simulators = Simulators::open(ctx)?;
+        let mut worker = Self { world, simulators };
         worker.meet(ctx);
         let count = worker.world.tree().len();
         info!("{}: {count} nodes", ctx.params.file.display());
@@ -52,6 +55,11 @@ impl Worker<Context> for SpecificWorker {
             warn!("{problem}");
         }
         self.meet(ctx);
+        // The scene of a simulator loses what the world does not have, or does not have yet.
+        if ctx.g.has_joined() {
+            let tree = self.world.tree();
+            self.simulators.tell(ctx, now(ctx), &tree);
+        }
         Ok(())
     }
 

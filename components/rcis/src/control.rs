@@ -13,8 +13,8 @@ use innermodel_simulation::{Dynamics, MotorGoal, Speed};
 use rcis_generated::interfaces::simulation as calls;
 use rcis_generated::types::rc_simulation::Reason;
 use rcis_generated::{
-    Attribute, BodyJoint, Clock, Collision, Context, Direction, IdImage, Names, Png, Point, Pose,
-    Prediction, Signal, Simulation, Skeleton, Viewpoint,
+    Attribute, BodyJoint, Clock, Collision, Context, Direction, Followed, IdImage, Names, Nodes,
+    Png, Point, Pose, Prediction, Signal, Simulation, Skeleton, Viewpoint,
 };
 use std::time::Duration;
 
@@ -180,6 +180,18 @@ impl Simulation<Context> for SpecificWorker {
         self.worlds.with(&world, |world| {
             Ok(world.edit(|edit| edit.remove_attribute(&id, &name))?)
         })
+    }
+
+    fn follow(
+        &mut self,
+        _ctx: &mut Context,
+        whole: bool,
+        removed: Names,
+        nodes: Nodes,
+    ) -> Followed {
+        let world = &mut self.worlds.main;
+        self.following
+            .follow(world, &self.scene, (whole, removed, nodes))
     }
 
     fn set_signal(

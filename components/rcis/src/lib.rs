@@ -4,6 +4,7 @@ mod batteries;
 mod control;
 mod drawing;
 mod elements;
+mod follow;
 mod imus;
 mod manager;
 mod motors;

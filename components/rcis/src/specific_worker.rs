@@ -1,5 +1,6 @@
 //! The worker: it lets the world of a scene step, and its slots serve the devices.
 
+use crate::follow::Following;
 use crate::manager::Scene;
 use crate::predictions::Predictions;
 use crate::scene;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 /// The simulator.
 pub struct SpecificWorker {
     pub(crate) worlds: Worlds,
+    pub(crate) following: Following,
     pub(crate) steps: Steps,
     pub(crate) predictions: Predictions,
     pub(crate) warnings: Warnings,
@@ -58,6 +60,7 @@ impl Worker<Context> for SpecificWorker {
         let scene = &ctx.params.inner_model;
         Ok(Self {
             worlds: Worlds::new(world),
+            following: Following::default(),
             steps: Steps::new(ctx.params.paused),
             predictions: Predictions::default(),
             warnings: Warnings::default(),

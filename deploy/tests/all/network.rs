@@ -53,6 +53,7 @@ mod ros_python;
 mod ros_rclpy;
 mod ros_real;
 mod ros_traps;
+mod scene;
 mod settings;
 mod states;
 mod swap;

@@ -21,7 +21,7 @@ impl<W: Handlers> Serving<W> for Context {
     const SLOTS: &'static [SlotEntry<W, Self>] = &[
         SlotEntry::serves(<W as interfaces::inner_model::ServeInnerModel<Context>>::serve),
         SlotEntry::serves(<W as interfaces::inner_model_manager::ServeInnerModelManager<Context>>::serve),
-        SlotEntry::sends(), SlotEntry::sends(),
+        SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(),
         SlotEntry::receives(|_, ctx, topic, reader| ctx.g.receive_state(topic, reader)),
         SlotEntry::receives(|_, ctx, topic, reader| ctx.g.receive_stream(topic, reader)),
     ];

@@ -15,6 +15,9 @@ pub(crate) const TYPES_INNER_MODEL: &[&str] = &[];
 /// The middleware's names for the types of `InnerModelManager`, if it has its own.
 pub(crate) const TYPES_INNER_MODEL_MANAGER: &[&str] = &[];
 
+/// The middleware's names for the types of `simulators`, if it has its own.
+pub(crate) const TYPES_SIMULATORS: &[&str] = &[];
+
 /// The middleware's names for the types of `g`, if it has its own.
 pub(crate) const TYPES_G: &[&str] = &[];
 
@@ -28,4 +31,4 @@ pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"55ada06a7b127584\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"2bae2811c333fe58\",\"middleware\":\"iceoryx2\"}\0";

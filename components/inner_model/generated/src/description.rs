@@ -35,6 +35,19 @@ const SLOT_INNER_MODEL_MANAGER: Slot = Slot {
     external_types: backend::TYPES_INNER_MODEL_MANAGER,
 };
 
+const SLOT_SIMULATORS: Slot = Slot {
+    name: "simulators",
+    role: Role::Requires,
+    interface: "Simulation",
+    type_name: "RcSimulation::Simulation",
+    type_hash: 0xaaf17ff6893d1b43,
+    backend: backend::MIDDLEWARE,
+    qos: Qos::CALL,
+    is_array: true,
+    operations: interfaces::simulation::OPERATIONS,
+    external_types: backend::TYPES_SIMULATORS,
+};
+
 const SLOT_G: Slot = rc_world_typed::slot(
     0, "g", 0x58e53eaa54d8832d, backend::MIDDLEWARE, interfaces::world::OPERATIONS, backend::TYPES_G,
 );
@@ -56,15 +69,18 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "inner_model",
-    model_hash: 0x55ada06a7b127584,
+    model_hash: 0x2bae2811c333fe58,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_INNER_MODEL, SLOT_INNER_MODEL_MANAGER, SLOT_G, SLOT_G_STREAM, SLOT_G_PEERS, SLOT_G_STREAMS],
+    slots: &[
+        SLOT_INNER_MODEL, SLOT_INNER_MODEL_MANAGER, SLOT_SIMULATORS, SLOT_G, SLOT_G_STREAM, SLOT_G_PEERS,
+        SLOT_G_STREAMS,
+    ],
     types: &[
-        ::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::rc_world::RC_DESCRIPTION,
-        ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION,
+        ::interfaces::rc_inner_model::RC_DESCRIPTION, ::interfaces::rc_simulation::RC_DESCRIPTION,
+        ::interfaces::rc_world::RC_DESCRIPTION, ::interfaces::robo_comp_inner_model_manager::RC_DESCRIPTION,
     ],
     backends: backend::BACKENDS,
     simulates_time: false,

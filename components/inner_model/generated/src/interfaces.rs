@@ -2,8 +2,10 @@
 //! The interfaces of this component, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_inner_model::inner_model;
-pub use self::inner_model::{ TransformDirectionError, GetPoseAtError, GetMatrixError, GetNodeError, GetSubtreeError, GetCloudError, SetPoseInError, SetJointError, SetJointsError, AddError, SetError, RemoveError, MoveError, GetDistanceError, CastRayError };
+pub use self::inner_model::{ TransformDirectionError, GetPoseAtError, GetMatrixError, GetNodeError, GetSubtreeError, GetCloudError, SetPoseInError, SetJointError, SetJointsError, MoveError, GetDistanceError, CastRayError };
 pub use ::interfaces::robo_comp_inner_model_manager::inner_model_manager;
 pub use self::inner_model_manager::{ AddTransformError, AddJointError, AddMeshError, AddPlaneError, GetAllNodeInformationError, SetPoseFromParentError, GetPoseFromParentError, GetPoseFromParentAnswer, SetPlaneError, GetTransformationMatrixError, SetScaleError, AddAttributeError, GetAttributeError, GetAttributeAnswer, RemoveNodeError, MoveNodeError };
+pub use ::interfaces::rc_simulation::simulation;
+pub use self::simulation::{ SimulationClient, GetClockError, StepError, TeleportError, MoveToError, ReParentError, SetSignalError, GetSignalError, DrawError, GetDigestError, GetSkeletonError, GetIdImageError, SetPhysicsError, PushError, ReleaseError, SnapshotError, RestoreError, ForgetSnapshotError, PredictError, CloneError, RemoveCloneError, DriveError };
 pub use ::interfaces::rc_world::world;
 pub use ::interfaces::rc_world::world_stream;

@@ -20,6 +20,7 @@ pub use adapter::{Handlers, embed, run};
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
+pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
 pub use slots::{InnerModel, InnerModelManager};
 pub use types::*;

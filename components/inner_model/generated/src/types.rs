@@ -2,7 +2,9 @@
 //! The types of the interfaces, from the crate `interfaces` of the workspace.
 
 pub use ::interfaces::rc_inner_model;
-pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, Reason, ReasonInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Cloud };
+pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Cloud };
+pub use ::interfaces::rc_simulation;
+pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Unmade, Unmades, Followed, Viewpoint, Png };
 pub use ::interfaces::rc_world;
 pub use self::rc_world::{ Key, KeyInPlace, Value, Step, Change, StreamValue, Samples, Digest, Ask, Chunk, Answer };
 pub use ::interfaces::robo_comp_inner_model_manager;

@@ -1,7 +1,8 @@
 //! Callers with arguments that no robot has.
 
 use crate::{pose, reason, start};
-use inner_model_generated::{Context, Direction, InnerModel, Point, Reason, Worker};
+use inner_model_generated::rc_inner_model::Reason;
+use inner_model_generated::{Context, Direction, InnerModel, Point, Worker};
 
 fn point(x: f64) -> Point {
     Point { x, y: 0.0, z: 0.0 }

@@ -7,8 +7,9 @@ mod service;
 
 use inner_model::SpecificWorker;
 use inner_model_generated::interfaces::inner_model::InnerModelErrorOrCall;
+use inner_model_generated::rc_inner_model::Reason;
 use inner_model_generated::testing::TestContext;
-use inner_model_generated::{InnerModel, Params, Pose, Reason, Worker};
+use inner_model_generated::{InnerModel, Params, Pose, Worker};
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

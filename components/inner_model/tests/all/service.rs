@@ -2,9 +2,8 @@
 
 use crate::{place, pose, reason, start};
 use inner_model_generated::interfaces::inner_model as calls;
-use inner_model_generated::{
-    Attribute, Context, Direction, InnerModel, JointPosition, Point, Reason,
-};
+use inner_model_generated::rc_inner_model::Reason;
+use inner_model_generated::{Attribute, Context, Direction, InnerModel, JointPosition, Point};
 use std::time::Duration;
 
 #[test]

@@ -14,6 +14,9 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"Names","alias":"sequence<string>"},
 {"name":"Pixels","alias":"sequence<int32>"},
 {"name":"IdImage","struct":[{"name":"time","type":"int64","unit":"ns"},{"name":"width","type":"int32","unit":"px"},{"name":"height","type":"int32","unit":"px"},{"name":"ids","type":"sequence<string>"},{"name":"pixels","type":"sequence<int32>"}]},
+{"name":"Unmade","struct":[{"name":"id","type":"string"},{"name":"what","type":"string"}]},
+{"name":"Unmades","alias":"sequence<RcSimulation::Unmade>"},
+{"name":"Followed","struct":[{"name":"nodes","type":"int32"},{"name":"unmade","type":"sequence<RcSimulation::Unmade>"}]},
 {"name":"Viewpoint","struct":[{"name":"camera","type":"string"},{"name":"eye","type":"RcInnerModel::Point","optional":true},{"name":"target","type":"RcInnerModel::Point","optional":true},{"name":"width","type":"int32"},{"name":"height","type":"int32"}]},
 {"name":"Png","alias":"sequence<uint8>"}
 ],"interfaces":[
@@ -29,6 +32,7 @@ pub const RC_DESCRIPTION: &str = r#"{"module":"RcSimulation","types":[
 {"name":"reParent","id":-2038201037,"hash":"a01405b5e613bd1c","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"parent","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"setAttribute","id":357156025,"hash":"b333c4072aecaaee","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"attribute","type":"RcInnerModel::Attribute"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"removeAttribute","id":1893760822,"hash":"de13da8c74a579c5","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"name","type":"string"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
+{"name":"follow","id":1158218148,"hash":"69fb0e6bf871f67f","pattern":"query","inputs":[{"name":"whole","type":"bool"},{"name":"removed","type":"sequence<string>"},{"name":"nodes","type":"sequence<RcInnerModel::Node>"}],"result":"RcSimulation::Followed"},
 {"name":"setSignal","id":2039694236,"hash":"42a69c0319be4bfd","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"},{"name":"signal","type":"RcSimulation::Signal"}],"throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"getSignal","id":-1458109960,"hash":"25448f785c44fd1d","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"id","type":"string"}],"result":"RcSimulation::Signal","throws":[["RcSimulation::SimulationError",-1798164732]]},
 {"name":"collide","id":974480753,"hash":"65c09b029230a292","pattern":"query","inputs":[{"name":"world","type":"string"},{"name":"a","type":"string"},{"name":"b","type":"string"}],"result":"bool","throws":[["RcSimulation::SimulationError",-1798164732]]},
@@ -330,6 +334,28 @@ pub struct IdImage {
 
 rc_middleware::cdr_struct!(IdImage: time, width, height, ids, pixels);
 
+/// A node that cannot be in the scene, and why.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unmade {
+    pub id: String,
+    pub what: String,
+}
+
+rc_middleware::cdr_struct!(Unmade: id, what);
+
+pub type Unmades = Vec<Unmade>;
+
+/// What a scene has of a tree that it follows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Followed {
+    /// How many nodes.
+    pub nodes: i32,
+    /// Those of this request that it has not.
+    pub unmade: Unmades,
+}
+
+rc_middleware::cdr_struct!(Followed: nodes, unmade);
+
 /// From where a picture is taken.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Viewpoint {
@@ -481,6 +507,16 @@ pub mod simulation {
                         "removeAttribute", 1893760822, 0xde13da8c74a579c5,
                         &[typed::ReplyVariant::of::<super::SimulationError>(SIMULATION_ERROR)],
                     )
+                }
+
+                /// Lets the world that all sensors see follow a tree: removes nodes, then adds or changes `nodes`, a parent before its
+                /// children, all at once. `whole` says that the tree has no other nodes: those of the scene go, too. Of a node that was told
+                /// before, only what the tree says anew changes: the simulation goes on with the rest.
+                fn follow(
+                    whole: bool, removed: crate::rc_simulation::Names, nodes: crate::rc_inner_model::Nodes,
+                ) -> crate::rc_simulation::Followed {
+                    FOLLOW.answer(typed::read, typed::reply)
+                    Follow on_follow query("follow", 1158218148, 0x69fb0e6bf871f67f, &[])
                 }
 
                 /// How a sensor measures from now on.
@@ -778,6 +814,15 @@ pub mod simulation {
 
         pub fn remove_attribute(&mut self, world: &str, id: &str, name: &str) -> Result<(), RemoveAttributeError> {
             self.client.call(&REMOVE_ATTRIBUTE, (world, id, name))
+        }
+
+        /// Lets the world that all sensors see follow a tree: removes nodes, then adds or changes `nodes`, a parent before its
+        /// children, all at once. `whole` says that the tree has no other nodes: those of the scene go, too. Of a node that was told
+        /// before, only what the tree says anew changes: the simulation goes on with the rest.
+        pub fn follow(
+            &mut self, whole: bool, removed: &[String], nodes: &[crate::rc_inner_model::Node],
+        ) -> Result<super::Followed, rc_middleware::CallError> {
+            self.client.call(&FOLLOW, (&whole, removed, nodes))
         }
 
         /// How a sensor measures from now on.

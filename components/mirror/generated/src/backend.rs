@@ -16,4 +16,4 @@ pub(crate) const TYPES_SEEN: &[&str] = &[];
 pub(crate) const TYPES_IMAGINED: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"mirror\",\"model\":\"0836a952735788e4\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"mirror\",\"model\":\"c35553034e1d12d8\",\"middleware\":\"iceoryx2\"}\0";

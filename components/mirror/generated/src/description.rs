@@ -14,7 +14,7 @@ const SLOT_SEEN: Slot = Slot {
     role: Role::Requires,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0x5228b8840dde0ee8,
+    type_hash: 0xaaf17ff6893d1b43,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -27,7 +27,7 @@ const SLOT_IMAGINED: Slot = Slot {
     role: Role::Requires,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0x5228b8840dde0ee8,
+    type_hash: 0xaaf17ff6893d1b43,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -38,7 +38,7 @@ const SLOT_IMAGINED: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "mirror",
-    model_hash: 0x0836a952735788e4,
+    model_hash: 0xc35553034e1d12d8,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),

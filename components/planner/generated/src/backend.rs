@@ -13,4 +13,4 @@ pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 pub(crate) const TYPES_SIMULATION: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"planner\",\"model\":\"be6244acc3c8b97b\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"planner\",\"model\":\"387db65afc839522\",\"middleware\":\"iceoryx2\"}\0";

@@ -14,7 +14,7 @@ const SLOT_SIMULATION: Slot = Slot {
     role: Role::Requires,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0x5228b8840dde0ee8,
+    type_hash: 0xaaf17ff6893d1b43,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -25,7 +25,7 @@ const SLOT_SIMULATION: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "planner",
-    model_hash: 0xbe6244acc3c8b97b,
+    model_hash: 0x387db65afc839522,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 50000000),
     parameters: Some(parameters::SCHEMA),

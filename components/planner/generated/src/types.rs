@@ -4,4 +4,4 @@
 pub use ::interfaces::rc_inner_model;
 pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, Matrix, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace, Cloud };
 pub use ::interfaces::rc_simulation;
-pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png };
+pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Unmade, Unmades, Followed, Viewpoint, Png };

@@ -67,4 +67,4 @@ pub(crate) const TYPES_MOTORS: &[&str] = &[];
 pub(crate) const TYPES_POSE_TOPICS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"rcis\",\"model\":\"7669b9fb6aa38ac7\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"rcis\",\"model\":\"47beaf4812af41c2\",\"middleware\":\"iceoryx2\"}\0";

@@ -15,7 +15,7 @@ const SLOT_SIMULATION: Slot = Slot {
     role: Role::Implements,
     interface: "Simulation",
     type_name: "RcSimulation::Simulation",
-    type_hash: 0x5228b8840dde0ee8,
+    type_hash: 0xaaf17ff6893d1b43,
     backend: backend::MIDDLEWARE,
     qos: Qos::CALL,
     is_array: false,
@@ -265,7 +265,7 @@ const SLOT_POSE_TOPICS: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "rcis",
-    model_hash: 0x7669b9fb6aa38ac7,
+    model_hash: 0x47beaf4812af41c2,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 pub use ::interfaces::rc_inner_model;
 pub use self::rc_inner_model::{ Point, PointInPlace, Direction, DirectionInPlace, Pose, PoseInPlace, MatrixInPlace, InnerModelError, Attribute, Node, Nodes, JointPosition, JointPositions, Contact, Contacts, Near, Hit, ColouredPoint, ColouredPointInPlace };
 pub use ::interfaces::rc_simulation;
-pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Viewpoint, Png };
+pub use self::rc_simulation::{ SimulationError, Clock, ClockInPlace, Signal, SignalInPlace, Collision, Prediction, BodyJoint, Skeleton, Names, Pixels, IdImage, Unmade, Unmades, Followed, Viewpoint, Png };
 pub use ::interfaces::robo_comp_battery_status;
 pub use self::robo_comp_battery_status::{ BatteryStates, BatteryStatesInPlace, TBattery, TBatteryInPlace };
 pub use ::interfaces::robo_comp_bumper;

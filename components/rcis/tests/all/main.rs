@@ -3,6 +3,7 @@
 mod control;
 mod devices;
 mod drawing;
+mod follow;
 mod manager;
 mod meanings;
 mod window;

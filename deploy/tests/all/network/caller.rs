@@ -46,6 +46,12 @@ impl Caller {
 
     /// The result of an operation: its output parameters, and the returned value as `return`.
     pub(crate) fn call(&mut self, operation: &str, parameters: &Value) -> Value {
+        let result = self.try_call(operation, parameters);
+        result.unwrap_or_else(|thrown| panic!("{operation} of {}: {thrown}", self.slot))
+    }
+
+    /// As [`Self::call`]. The error is an exception of the operation.
+    pub(crate) fn try_call(&mut self, operation: &str, parameters: &Value) -> Result<Value, Value> {
         let of = self.interface.operation(operation).expect("an operation");
         let id = RequestId {
             writer: [0; 16],
@@ -66,11 +72,10 @@ impl Caller {
         let is_thrown = |id: i32| kind == ReplyKind::Case(id);
         if let Some(exception) = of.throws.iter().find(|exception| is_thrown(exception.id)) {
             let thrown = decode_from(&exception.ty, &mut reader).expect("an exception");
-            let thrown = serde_json::to_string(&thrown).expect("JSON");
-            panic!("{operation} of {}: {thrown}", self.slot);
+            return Err(serde_json::to_value(thrown).expect("JSON"));
         }
         assert_eq!(kind, ReplyKind::Case(0), "{operation} of {}", self.slot);
         let result = decode_from(&of.reply, &mut reader).expect("a result");
-        serde_json::to_value(result).expect("JSON")
+        Ok(serde_json::to_value(result).expect("JSON"))
     }
 }
