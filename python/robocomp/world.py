@@ -410,6 +410,13 @@ class World(Generic[V, E]):
         """Whether this replica has the change that a token names."""
         return self._replica.has(token)
 
+    def has_joined(self) -> bool:
+        """Whether this replica has what the others had when it joined, or is alone, which it knows after 2.5 s.
+
+        Until then, what it does not find may be on its way.
+        """
+        return self._replica.has_joined()
+
     def wait_for(self, token: str, limit: timedelta) -> bool:
         """Waits until this replica has a change, at most for `limit` of the system's time, and for an hour. Returns
         whether it has it.

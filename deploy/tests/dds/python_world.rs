@@ -25,8 +25,12 @@ def say(*words: object) -> None:
 class SpecificWorker(Worker):
     def initialize(self, ctx: Context) -> None:
         self.opened = 0.0
+        self.has_joined = False
 
     def compute(self, ctx: Context) -> None:
+        if ctx.g.has_joined() and not self.has_joined:
+            self.has_joined = True
+            say("joined")
         if ctx.g.snapshot().all(Door):
             self.opened = (self.opened + 0.01) % 1.0
             with ctx.g.change() as edit:
@@ -110,6 +114,7 @@ fn a_worker_in_python_shares_a_world_with_one_in_rust() {
     site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
     site.await_in_log("room_keeper", "door front is open by");
     site.await_in_log("porter", "too early");
+    site.await_in_log("porter", "joined");
     let log = site.log("porter");
     for line in [
         "room kitchen 4.0 room",

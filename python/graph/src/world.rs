@@ -364,6 +364,11 @@ impl World {
         Ok(self.inner.has(token))
     }
 
+    /// Whether this replica has what the others had when it joined, or is alone.
+    fn has_joined(&self) -> bool {
+        self.inner.has_joined()
+    }
+
     /// The next value that another replica gave an attribute at the same time as this one: element,
     /// attribute, the value that is shown, the other one.
     #[allow(clippy::type_complexity, reason = "Python takes it apart")]
