@@ -1,7 +1,8 @@
 //! A world compared with topics with the same bytes, each component in a process of its own, over
-//! shared memory. Without arguments, it runs everything and prints a table; with a role, it is one
+//! shared memory and, in one row, over DDS. Without arguments, it runs everything and prints a table; with a role, it is one
 //! process.
 
+mod linked;
 mod member;
 
 use member::{Done, Mode, Role};
@@ -10,11 +11,16 @@ use std::process::{Child, Command, ExitCode, Stdio};
 /// A comparison: `name`, the roles of the processes, and the goal of world over topic.
 struct Row {
     name: &'static str,
+    middleware: &'static str,
     roles: Vec<Role>,
     of: fn(&[Done]) -> f64,
     unit: &'static str,
     goal: f64,
 }
+
+const SHARED: &str = "iceoryx2";
+/// The domain of DDS.
+const DOMAIN: u32 = 194;
 
 /// The median time from the write to the handler.
 fn delay(all: &[Done]) -> f64 {
@@ -49,6 +55,15 @@ fn rows(seconds: u64) -> Vec<Row> {
     vec![
         Row {
             name: "a change, write to handler in another process",
+            middleware: SHARED,
+            roles: vec![role(200, false, false, 1), role(0, true, false, 1)],
+            of: delay,
+            unit: "µs",
+            goal: 1.3,
+        },
+        Row {
+            name: "the same over DDS",
+            middleware: "dds",
             roles: vec![role(200, false, false, 1), role(0, true, false, 1)],
             of: delay,
             unit: "µs",
@@ -56,6 +71,7 @@ fn rows(seconds: u64) -> Vec<Row> {
         },
         Row {
             name: "ten agents of 100 changes a second, processor",
+            middleware: SHARED,
             roles: (0..10).map(|_| role(100, true, false, 1)).collect(),
             of: processor,
             unit: "ms/s",
@@ -63,6 +79,7 @@ fn rows(seconds: u64) -> Vec<Row> {
         },
         Row {
             name: "a stream of 1 kHz with ten readers, processor",
+            middleware: SHARED,
             roles: stream,
             of: processor,
             unit: "ms/s",
@@ -70,6 +87,7 @@ fn rows(seconds: u64) -> Vec<Row> {
         },
         Row {
             name: "a late joiner gets 1,000 nodes, from its question on",
+            middleware: SHARED,
             roles: vec![
                 role(0, false, false, 1000),
                 Role {
@@ -84,20 +102,26 @@ fn rows(seconds: u64) -> Vec<Row> {
     ]
 }
 
-fn start(role: &Role, network: &str, number: usize) -> Result<Child, String> {
+fn start(role: &Role, middleware: &str, network: &str, number: usize) -> Result<Child, String> {
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut command = Command::new(program);
     command.args(["--network", network, "--name", &format!("agent{number}")]);
+    for slot in ["told", "values", "peers", "streams"] {
+        command.args(["--transport", &format!("{slot}={middleware}")]);
+    }
+    if middleware != SHARED {
+        command.args(["--set-middleware", &format!("dds.domain={DOMAIN}")]);
+    }
     command.env(member::ROLE_OF, role.text());
     let command = command.stdout(Stdio::piped()).stdin(Stdio::null());
     command.spawn().map_err(|error| error.to_string())
 }
 
 /// Runs processes in parallel, and returns their measurements.
-fn run(roles: &[Role], network: &str) -> Result<Vec<Done>, String> {
+fn run(roles: &[Role], middleware: &str, network: &str) -> Result<Vec<Done>, String> {
     let mut children = Vec::new();
     for (number, role) in roles.iter().enumerate() {
-        children.push(start(role, network, number)?);
+        children.push(start(role, middleware, network, number)?);
     }
     let outputs = children.into_iter().map(Child::wait_with_output);
     let outputs: Vec<_> = outputs.collect();
@@ -114,9 +138,9 @@ fn table(seconds: u64) -> Result<(), String> {
     println!("| | world | topic | ratio | goal |\n|---|---|---|---|---|");
     let network = |word: &str, at: usize| format!("bench-world-{}-{word}{at}", std::process::id());
     for (at, row) in rows(seconds).iter().enumerate() {
-        let world = (row.of)(&run(&row.roles, &network("w", at))?);
+        let world = (row.of)(&run(&row.roles, row.middleware, &network("w", at))?);
         let topic: Vec<Role> = row.roles.iter().map(Role::as_topic).collect();
-        let topic = (row.of)(&run(&topic, &network("t", at))?);
+        let topic = (row.of)(&run(&topic, row.middleware, &network("t", at))?);
         let (ratio, unit) = (world / topic, row.unit);
         println!(
             "| {} | {world:.1} {unit} | {topic:.1} {unit} | {ratio:.2} | {:.1} |",
@@ -138,7 +162,7 @@ fn table(seconds: u64) -> Result<(), String> {
         } else {
             role
         };
-        run(&[role.clone(), role], &network(role_word(mode), 99))
+        run(&[role.clone(), role], SHARED, &network(role_word(mode), 99))
     };
     let (world, topic) = (idle(Mode::World)?, idle(Mode::Topic)?);
     let memory = |all: &[Done]| all.iter().map(|done| done.memory_kb).sum::<f64>() / 2048.0;

@@ -1,5 +1,6 @@
 //! One process: a replica, or a component whose topics carry the same bytes.
 
+use crate::linked::Linked;
 use rc_middleware::{Reader, Writer};
 use rc_world::property_graph::{Schema, Value};
 use rc_world::{Message, Rights, Setup, Topic, World};
@@ -12,7 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime};
 use world_agent_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_agent_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
-use world_agent_generated::{Context, HandlerError, SendError, Worker, WorkerError};
+use world_agent_generated::{HandlerError, SendError, Worker, WorkerError};
 
 /// Until then, replicas join and nothing is measured.
 const WARM: Duration = Duration::from_secs(4);
@@ -225,8 +226,8 @@ fn sample(role: &Role, name: &str) -> (Vec<u8>, usize) {
     (bytes, at.unwrap_or_default())
 }
 
-impl Worker<Context> for Member {
-    fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
+impl Worker<Linked> for Member {
+    fn initialize(ctx: &mut Linked) -> Result<Self, WorkerError> {
         let role = ROLE.get().cloned();
         let role = role.ok_or_else(|| WorkerError::Fatal("no role".to_owned()))?;
         if role.rate > 100 {
@@ -250,7 +251,7 @@ impl Worker<Context> for Member {
         })
     }
 
-    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+    fn compute(&mut self, ctx: &mut Linked) -> Result<(), WorkerError> {
         if IS_OVER.load(Ordering::Relaxed) {
             ctx.stop("everything is measured");
         }
@@ -270,13 +271,13 @@ impl Worker<Context> for Member {
 }
 
 impl Member {
-    fn publish(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+    fn publish(&mut self, ctx: &mut Linked) -> Result<(), WorkerError> {
         let (bytes, at) = &mut self.sample;
         bytes[*at..*at + 8].copy_from_slice(&nanos().to_le_bytes());
         let topic = if self.role.stream {
-            ctx.values.rc_topic(0)
+            ctx.0.values.rc_topic(0)
         } else {
-            ctx.told.rc_topic(0)
+            ctx.0.told.rc_topic(0)
         };
         let sent = topic.map_or(Ok(()), |topic| {
             topic.publish_with(|writer| writer.raw(bytes))
@@ -284,12 +285,12 @@ impl Member {
         sent.map_err(|error| WorkerError::Failed(error.to_string()))
     }
 
-    fn turn(&mut self, ctx: &mut Context) {
+    fn turn(&mut self, ctx: &mut Linked) {
         if self.role.mode == Mode::Topic {
             return;
         }
         let now = ctx.now();
-        let (state, stream) = (&mut ctx.told, &mut ctx.values);
+        let (state, stream) = (&mut ctx.0.told, &mut ctx.0.values);
         let asked = &mut self.asked;
         self.world.turn(now, &mut |message| {
             if message.topic() == Topic::Ask {
@@ -331,7 +332,7 @@ impl Member {
 
     fn take(
         &mut self,
-        ctx: &mut Context,
+        ctx: &mut Linked,
         topic: (bool, usize),
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
@@ -378,10 +379,10 @@ fn send(
     })
 }
 
-impl ReceiveWorld<Context> for Member {
+impl ReceiveWorld<Linked> for Member {
     fn receive(
         &mut self,
-        ctx: &mut Context,
+        ctx: &mut Linked,
         topic: usize,
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
@@ -389,10 +390,10 @@ impl ReceiveWorld<Context> for Member {
     }
 }
 
-impl ReceiveWorldStream<Context> for Member {
+impl ReceiveWorldStream<Linked> for Member {
     fn receive(
         &mut self,
-        ctx: &mut Context,
+        ctx: &mut Linked,
         topic: usize,
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
@@ -424,7 +425,7 @@ pub(crate) fn run(role: &str) -> Result<(), String> {
         IS_OVER.store(true, Ordering::Relaxed);
         (taken, memory)
     });
-    if world_agent_generated::run::<Member>() != ExitCode::SUCCESS {
+    if rc_runtime::adapter::run::<Member, Linked>() != ExitCode::SUCCESS {
         return Err(format!("the process {role:?} failed"));
     }
     let measured = measuring.join();
