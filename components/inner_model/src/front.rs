@@ -349,8 +349,8 @@ fn place(
     Ok(())
 }
 
-/// The ids of the nodes that have gone between two versions of a tree, and the nodes that have come or changed,
-/// parents before their children.
+/// The ids of the nodes that have gone between two versions of a tree, and the nodes that have come
+/// or changed, parents before their children.
 pub(crate) fn changes<'t>(before: &Tree, now: &'t Tree) -> (Vec<String>, Vec<NodeRef<'t>>) {
     let (mut gone, mut changed) = (Vec::new(), BTreeSet::new());
     for change in now.since(before) {

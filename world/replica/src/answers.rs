@@ -12,13 +12,14 @@ use std::time::Duration;
 pub(crate) const MOST_ANSWER: usize = 64 << 20;
 /// How many bytes the parts of a world have at most that wait for the others.
 pub(crate) const MOST_PARTS: usize = 1 << 30;
-/// How long an answer is kept without a question for a further chunk: longer than a replica asks for missing
-/// ones.
+/// How long an answer is kept without a question for a further chunk: longer than a replica asks for
+/// missing ones.
 pub(crate) const KEPT_FOR: Duration = Duration::from_secs(5);
-/// How long it is kept at most for each of its chunks: a replica that takes less of it holds up others.
+/// How long it is kept at most for each of its chunks: a replica that takes less of it holds up
+/// others.
 const KEPT_FOR_EACH: Duration = Duration::from_secs(1);
-/// Without a question for a further chunk for so long, an answer makes room for another one to the same
-/// replica.
+/// Without a question for a further chunk for so long, an answer makes room for another one to the
+/// same replica.
 const IDLE: Duration = Duration::from_millis(600);
 /// A replica that was told to ask again, and has not done so for so long, loses its place.
 const PLACE_KEPT_FOR: Duration = Duration::from_secs(2);
@@ -166,10 +167,11 @@ pub(crate) struct Answers {
     pub(crate) parts: Option<Parts>,
     pub(crate) number: u64,
     pub(crate) kept: Vec<Answer>,
-    /// The replicas that were told to ask again, and when each of them asked last. The first one has waited
-    /// longest.
+    /// The replicas that were told to ask again, and when each of them asked last. The first one has
+    /// waited longest.
     waiting: VecDeque<(u64, Duration)>,
-    /// The replica that got the last answer, and how many ranges it lacked before: it gets the others first.
+    /// The replica that got the last answer, and how many ranges it lacked before: it gets the
+    /// others first.
     turn: (u64, usize),
     /// The last one that was asked.
     pub(crate) last: u64,
@@ -219,8 +221,8 @@ impl Answers {
         }
     }
 
-    /// Whether a new answer of so many bytes has room beside those that are on the way, and it is the turn of
-    /// its replica. All together have `most` bytes, with small ones half as many more.
+    /// Whether a new answer of so many bytes has room beside those that are on the way, and it is
+    /// the turn of its replica. All together have `most` bytes, with small ones half as many more.
     pub(crate) fn have_room(
         &self,
         question: &Question,

@@ -1,6 +1,6 @@
 //! A world compared with topics with the same bytes, each component in a process of its own, over
-//! shared memory and, in one row, over DDS. Without arguments, it runs everything and prints a table; with a role, it is one
-//! process.
+//! shared memory and, in one row, over DDS. Without arguments, it runs everything and prints a
+//! table; with a role, it is one process.
 
 mod linked;
 mod member;
