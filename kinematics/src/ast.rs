@@ -27,8 +27,8 @@ pub struct Import {
 pub struct Kinematics {
     /// Its name.
     pub name: Name,
-    /// `math std` and `math libm`
-    pub math: Vec<(Span, Math)>,
+    /// `lengths mm` and others.
+    pub choices: Vec<Choice>,
     /// How robots are held.
     pub mounts: Vec<Mount>,
     /// The frames that are kept together.
@@ -37,6 +37,45 @@ pub struct Kinematics {
     pub postures: Vec<Posture>,
     /// Its solvers.
     pub solvers: Vec<Solver>,
+}
+
+/// `lengths mm`: a choice that changes the numbers of printed code, not their meaning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The whole of it.
+    pub span: Span,
+    /// What is chosen.
+    pub subject: Subject,
+    /// The choice.
+    pub word: Name,
+}
+
+/// Something that has choices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// Where printed Rust has sine, cosine and roots from.
+    Math,
+    /// The type of numbers.
+    Scalars,
+    /// The unit of lengths.
+    Lengths,
+    /// The order of the numbers of matrices.
+    Matrices,
+    /// The axes of frames.
+    Frames,
+}
+
+impl Subject {
+    /// The word of the language.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Math => "math",
+            Self::Scalars => "scalars",
+            Self::Lengths => "lengths",
+            Self::Matrices => "matrices",
+            Self::Frames => "frames",
+        }
+    }
 }
 
 /// Where printed Rust has sine, cosine and roots from.

@@ -8,7 +8,7 @@ use rc_quantity::Real;
 use rc_quantity::rotation::{Quaternion, transposed, turned};
 use rc_robot::dynamics::{self, Load, Motions};
 use rc_robot::loops::{self, Loop};
-use rc_robot::{Chain, Robot, State};
+use rc_robot::{Chain, Grounding, Robot, State};
 use rc_vocabulary::Primitive;
 
 /// A robot with its solvers.
@@ -16,14 +16,28 @@ use rc_vocabulary::Primitive;
 pub struct Cell {
     /// Its name.
     pub name: String,
-    /// Where printed Rust has sine, cosine and roots from.
-    pub math: Math,
+    /// The choices of printed code.
+    pub choices: Choices,
     /// The robot.
     pub robot: Robot,
     /// In the order of the text.
     pub solvers: Vec<Solver>,
     /// The solvers that answer which joints move a frame so, in the order of the text.
     pub inverses: Vec<Inverse>,
+}
+
+/// Choices of printed code: they change its numbers, not their meaning. The robot and all programs have them already, except
+/// for the layout of matrices and the type of numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Choices {
+    /// Where printed Rust has sine, cosine and roots from.
+    pub math: Math,
+    /// Whether numbers are f32, not f64.
+    pub is_single: bool,
+    /// Whether matrices are printed by columns, not by rows.
+    pub by_columns: bool,
+    /// The axes of frames, and the unit of lengths.
+    pub grounding: Grounding,
 }
 
 /// A function of positions, velocities, accelerations, efforts and payloads.

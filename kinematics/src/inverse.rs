@@ -118,22 +118,23 @@ impl Cell {
             chain.ok_or_else(|| Unanswered::Unconnected(tip.to_owned(), base.to_owned()))?;
         let joints = chain.coordinates();
         let coordinates = robot.coordinates.len();
+        let metre = self.choices.grounding.metre;
         Ok(Inverse {
             name: "inverse".to_owned(),
             doc: Vec::new(),
-            question: question_of_pose(tip, base),
+            question: question_of_pose(tip, base, self.choices.length()),
             coordinates,
             motion: motion(&chain, None, coordinates, &joints, true),
-            asked: Question::Pose(Search::new(robot, &chain, &joints, settings)),
+            asked: Question::Pose(Search::new((robot, metre), &chain, &joints, settings)),
             joints,
         })
     }
 }
 
 /// The argument of an inverse solver of a pose.
-pub(crate) fn question_of_pose(tip: &str, base: &str) -> String {
+pub(crate) fn question_of_pose(tip: &str, base: &str, length: &str) -> String {
     // Names of links may have any character. A line of a comment stays one.
-    format!("Where `{tip}` shall be in `{base}`: the homogeneous matrix for columns, in metres.")
+    format!("Where `{tip}` shall be in `{base}`: the homogeneous matrix for columns, in {length}.")
         .replace(char::is_control, " ")
 }
 

@@ -16,7 +16,7 @@ mod resolve;
 mod search;
 mod work;
 
-pub use cell::{Asked, Cell, Output, PAYLOAD, Payload, Shape, Solver};
+pub use cell::{Asked, Cell, Choices, Output, PAYLOAD, Payload, Shape, Solver};
 pub use inverse::{Inverse, Question, RateLimits, Rates, Unanswered};
 pub use parse::parse;
 pub use print::{c, cpp, library, loader, python, rust, rust_methods};

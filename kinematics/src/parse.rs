@@ -1,8 +1,8 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
 use crate::ast::{
-    File, Import, Inverse, Kinematics, Loop, Math, MotionPart, Mount, Output, OutputKind, Payload,
-    Posture, Quantity, Setting, SettingKind, Solver,
+    Choice, File, Import, Inverse, Kinematics, Loop, MotionPart, Mount, Output, OutputKind,
+    Payload, Posture, Quantity, Setting, SettingKind, Solver, Subject,
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -80,7 +80,7 @@ pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
 fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
     let mut kinematics = Kinematics {
         name: Name::new("", r.span(&pair)),
-        math: Vec::new(),
+        choices: Vec::new(),
         mounts: Vec::new(),
         loops: Vec::new(),
         postures: Vec::new(),
@@ -90,30 +90,21 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
         match part.as_rule() {
             Rule::name => kinematics.name = r.name(&part),
             Rule::solver => kinematics.solvers.push(solver(r, part)),
-            Rule::math => {
-                let span = trimmed(r, &part);
-                for inside in part.into_inner() {
-                    match inside.as_rule() {
-                        Rule::kw_std => kinematics.math.push((span, Math::Std)),
-                        Rule::kw_libm => kinematics.math.push((span, Math::Libm)),
-                        Rule::semicolon => r.semicolon(&inside),
-                        _ => {}
-                    }
-                }
-            }
+            Rule::grounding => kinematics.choices.extend(choice(r, part)),
             Rule::mount => kinematics.mounts.extend(mount(r, part)),
             Rule::ring => kinematics.loops.push(closed(r, part)),
             Rule::posture => kinematics.postures.push(posture(r, part)),
             Rule::skipped => {
                 let rule = match r.first_word(&part).text.to_lowercase().as_str() {
                     "posture" => Rule::posture,
-                    "math" => Rule::math,
+                    "math" | "scalars" | "lengths" | "matrices" | "frames" => Rule::grounding,
                     "fixed" | "planar" | "floating" => Rule::mount,
                     "loop" => Rule::ring,
                     _ => Rule::solver,
                 };
                 let words = [
-                    "solver", "posture", "fixed", "planar", "floating", "loop", "math",
+                    "solver", "posture", "fixed", "planar", "floating", "loop", "math", "scalars",
+                    "lengths", "matrices", "frames",
                 ];
                 skipped(r, &part, &words, rule);
             }
@@ -121,6 +112,29 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
         }
     }
     kinematics
+}
+
+fn choice(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Choice> {
+    let span = trimmed(r, &pair);
+    let (mut subject, mut word) = (None, None);
+    for part in pair.into_inner() {
+        match part.as_rule() {
+            Rule::kw_math => subject = Some(Subject::Math),
+            Rule::kw_scalars => subject = Some(Subject::Scalars),
+            Rule::kw_lengths => subject = Some(Subject::Lengths),
+            Rule::kw_matrices => subject = Some(Subject::Matrices),
+            Rule::kw_frames => subject = Some(Subject::Frames),
+            Rule::name => word = Some(r.name(&part)),
+            Rule::semicolon => r.semicolon(&part),
+            _ => {}
+        }
+    }
+    let (subject, word) = subject.zip(word)?;
+    Some(Choice {
+        span,
+        subject,
+        word,
+    })
 }
 
 /// Reports unreadable text: a word that begins no declaration, or the rest after one.
@@ -504,9 +518,7 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = fa
     frame => "the name of a link",
     kw_in => "`in`",
     posture => "`posture`",
-    math => "`math`",
-    kw_std => "`std`",
-    kw_libm => "`libm`",
+    grounding => "`math`, `scalars`, `lengths`, `matrices` or `frames`",
     coordinate => "`JOINT = NUMBER;`",
     equals => "`=`",
     inverse => "`inverse pose` or `inverse velocity`",

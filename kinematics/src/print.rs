@@ -1,5 +1,6 @@
 //! Prints the solvers of a cell as code without dependencies.
 
+mod choices;
 mod closed;
 mod cpp;
 mod ctypes;
@@ -8,10 +9,9 @@ mod inverse;
 pub use cpp::cpp;
 pub use ctypes::{library, loader};
 
-use crate::ast::Math;
 use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};
 use crate::names::{ARRAYS, type_name};
-use rc_formula::{c as c_text, python as python_text, results, rust as rust_text};
+use rc_formula::{c as in_c, python as in_python, results, rust as in_rust};
 use std::fmt::Write;
 
 /// The name of an array and the place in it, for a place of the input.
@@ -111,9 +111,13 @@ fn names(cell: &Cell) -> String {
     names.join(", ")
 }
 
-/// All solvers as Rust, with `f64`. The text is a module. With [`Math::Libm`] it needs the crate `libm` in
-/// place of the standard library.
+/// All solvers as Rust. The text is a module. With `math libm` it needs the crate `libm` in place of the standard
+/// library.
 pub fn rust(cell: &Cell) -> String {
+    choices::typed(cell, rust_of(&choices::laid_out(cell)), true)
+}
+
+fn rust_of(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
     let numbers = |all: Vec<f64>| {
         let all = all.into_iter().map(|value| match value {
@@ -124,10 +128,11 @@ pub fn rust(cell: &Cell) -> String {
         all.collect::<Vec<_>>().join(", ")
     };
     let (lower, upper) = limits(cell);
+    let slides = cell.choices.length();
     let mut out = format!(
         "//! Solvers of `{}` for the robot {}. Printed by rcgen.\n\
         #![allow(clippy::all, clippy::pedantic, dead_code, non_camel_case_types, non_snake_case, unused_parens, unused_variables)]\n\n\
-        /// The joints, in the order of all arrays. Positions are in rad, of joints that slide in m.\n\
+        /// The joints, in the order of all arrays. Positions are in rad, of joints that slide in {slides}.\n\
         pub const JOINTS: [&str; {count}] = [{}];\n\n\
         /// The least positions of the joints.\npub const LOWER: [f64; {count}] = [{}];\n\n\
         /// The greatest positions of the joints.\npub const UPPER: [f64; {count}] = [{}];\n",
@@ -167,7 +172,7 @@ pub fn rust(cell: &Cell) -> String {
             solver.name,
             taken.collect::<Vec<_>>().join(", ")
         );
-        out += &rust_text::statements(&solver.program, |at| input(cell, solver, at));
+        out += &in_rust::statements(&solver.program, |at| input(cell, solver, at));
         let _ = writeln!(out, "    {of} {{");
         for (output, numbers) in outputs(solver) {
             let _ = writeln!(
@@ -185,21 +190,13 @@ pub fn rust(cell: &Cell) -> String {
     if !cell.inverses.is_empty() {
         out += &inverse::rust_loops();
     }
-    match cell.math {
-        Math::Std => out,
-        Math::Libm => {
-            let functions = ["sin", "cos", "sqrt", "atan2", "floor", "round", "hypot"];
-            functions.iter().fold(out, |text, name| {
-                text.replace(&format!("f64::{name}("), &format!("libm::{name}("))
-            })
-        }
-    }
+    out
 }
 
 /// All solvers as Rust, and as methods of the type `Solvers`, for a context that has them as a field.
 pub fn rust_methods(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
-    let mut out = rust(cell);
+    let mut out = rust_of(&choices::laid_out(cell));
     out.push_str(
         "\n/// The solvers as methods.\n#[derive(Clone, Copy, Debug, Default)]\npub struct Solvers;\n\nimpl Solvers {\n",
     );
@@ -232,7 +229,7 @@ pub fn rust_methods(cell: &Cell) -> String {
         /// The least positions of the joints.\n    pub fn lower(&self) -> &'static [f64; {count}] {{\n        &LOWER\n    }}\n\n    \
         /// The greatest positions of the joints.\n    pub fn upper(&self) -> &'static [f64; {count}] {{\n        &UPPER\n    }}\n}}\n"
     );
-    out
+    choices::typed(cell, out, true)
 }
 
 /// All solvers as C99. Each name begins with that of the cell.
@@ -240,6 +237,10 @@ pub fn rust_methods(cell: &Cell) -> String {
 /// Compilers that fuse a product and a sum give other last bits than Rust (`-ffp-contract=off`
 /// tells GCC not to).
 pub fn c(cell: &Cell) -> String {
+    choices::typed(cell, c_of(&choices::laid_out(cell)), false)
+}
+
+fn c_of(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
     let prefix = &cell.name;
     let numbers = |all: Vec<f64>| {
@@ -251,6 +252,7 @@ pub fn c(cell: &Cell) -> String {
         all.collect::<Vec<_>>().join(", ")
     };
     let (lower, upper) = limits(cell);
+    let slides = cell.choices.length();
     let guard = format!("{}_H", prefix.to_ascii_uppercase());
     let mut out = format!(
         "/* Solvers of {prefix}. Printed by rcgen. */\n#ifndef {guard}\n#define {guard}\n\n#include <math.h>\n\n"
@@ -258,7 +260,7 @@ pub fn c(cell: &Cell) -> String {
     if count > 0 {
         let _ = write!(
             out,
-            "/* The joints, in the order of all arrays. Positions are in rad, of joints that slide in m. */\n\
+            "/* The joints, in the order of all arrays. Positions are in rad, of joints that slide in {slides}. */\n\
             static const char *const {prefix}_joints[{count}] = {{{}}};\n\n\
             /* The least and the greatest positions of the joints. */\n\
             static const double {prefix}_lower[{count}] = {{{}}};\n\
@@ -294,16 +296,26 @@ pub fn c(cell: &Cell) -> String {
         for (array, _) in arrays(cell, solver) {
             let _ = writeln!(out, "    (void){array};");
         }
-        out += &c_text::statements(&solver.program, |at| input(cell, solver, at));
+        out += &in_c::statements(&solver.program, |at| input(cell, solver, at));
         for (output, numbers) in outputs(solver) {
-            let name = &output.name;
+            let place = match output.shape {
+                Shape::Vector(_) => "*const out".to_owned(),
+                Shape::Matrix(_, columns) => format!("(*const out)[{columns}]"),
+            };
+            // Its name at each number would be a quarter of the text.
+            let _ = writeln!(
+                out,
+                "    {{\n        double {place} = result->{};",
+                output.name
+            );
             for (at, number) in numbers.iter().enumerate() {
                 let place = match output.shape {
                     Shape::Vector(_) => format!("[{at}]"),
                     Shape::Matrix(_, columns) => format!("[{}][{}]", at / columns, at % columns),
                 };
-                let _ = writeln!(out, "    result->{name}{place} = {number};");
+                let _ = writeln!(out, "        out{place} = {number};");
             }
+            out.push_str("    }\n");
         }
         out.push_str("}\n");
     }
@@ -318,7 +330,9 @@ pub fn c(cell: &Cell) -> String {
 }
 
 /// All solvers as Python, with its standard library. A solver returns a named tuple of lists.
+/// Its numbers are of 64 bits, whatever the cell says.
 pub fn python(cell: &Cell) -> String {
+    let cell = &choices::laid_out(cell);
     let numbers = |all: Vec<f64>| {
         let all = all.into_iter().map(|value| match value {
             f64::INFINITY => "math.inf".to_owned(),
@@ -328,8 +342,9 @@ pub fn python(cell: &Cell) -> String {
         all.collect::<Vec<_>>().join(", ")
     };
     let (lower, upper) = limits(cell);
+    let slides = cell.choices.length();
     let mut body = format!(
-        "# The joints, in the order of all lists. Positions are in rad, of joints that slide in m.\n\
+        "# The joints, in the order of all lists. Positions are in rad, of joints that slide in {slides}.\n\
         JOINTS = [{}]\n\n# The least and the greatest positions of the joints.\n\
         LOWER = [{}]\nUPPER = [{}]\n",
         names(cell),
@@ -369,7 +384,7 @@ pub fn python(cell: &Cell) -> String {
                 "    if len({array}) != {count}:\n        raise ValueError(\"{count} numbers of {array} are expected\")"
             );
         }
-        body += &python_text::statements(&solver.program, |at| {
+        body += &in_python::statements(&solver.program, |at| {
             format!("float({})", input(cell, solver, at))
         });
         let fields = outputs(solver).into_iter();
@@ -396,6 +411,6 @@ pub fn python(cell: &Cell) -> String {
         } else {
             "Callable, Sequence"
         },
-        python_text::preamble(&body).trim_start()
+        in_python::preamble(&body).trim_start()
     )
 }

@@ -1,17 +1,20 @@
 //! Resolves the names of a text in its robot.
 
 mod cells;
+mod grounding;
 mod inverse;
 
-use crate::ast::{self, Math, MotionPart, OutputKind, Quantity};
-use crate::cell::{Asked, Cell, Computed, Output, Payload, Shape, Solver, Subject, recorded};
+use crate::ast::{self, MotionPart, OutputKind, Quantity};
+use crate::cell::{
+    Asked, Cell, Choices, Computed, Output, Payload, Shape, Solver, Subject, recorded,
+};
 use crate::names::{ARRAYS, type_name};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::is_reserved;
 use rc_quantity::Unit;
 use rc_robot::loops::Loop;
-use rc_robot::{Chain, Robot, dynamics};
+use rc_robot::{Chain, Grounding, Robot, dynamics};
 use rc_syntax::{Loader, Name};
 use std::collections::{BTreeMap, HashMap};
 
@@ -78,11 +81,19 @@ pub fn load(
         return (None, found);
     };
     let robots = cells::robots(sources, (loader, source), &file, kinematics, &mut found);
+    let choices = grounding::choices(&kinematics.choices, &mut found);
     let Some(robot) = robots else {
         return (None, found);
     };
+    let is_usual = choices.grounding == Grounding::default();
+    let robot = if is_usual {
+        robot
+    } else {
+        choices.grounding.of(&robot)
+    };
     let mut resolver = Resolver {
         robot: &robot,
+        choices,
         bodies: robot.links().map(|(at, name)| (name, at)).collect(),
         loops: Vec::new(),
         found,
@@ -93,9 +104,6 @@ pub fn load(
     // Printed code has a function and a type for each solver.
     let mut known: HashMap<String, Span> = HashMap::new();
     let (mut solvers, mut inverses) = (Vec::new(), Vec::new());
-    if let [(first, _), (second, _), ..] = kinematics.math.as_slice() {
-        resolver.duplicate(*second, "`math` occurs twice".to_owned(), *first);
-    }
     resolver.loops(&kinematics.loops);
     resolver.postures(&kinematics.postures);
     for solver in &kinematics.solvers {
@@ -120,7 +128,7 @@ pub fn load(
     let name = kinematics.name.text.clone();
     let cell = Cell {
         name,
-        math: kinematics.math.first().map_or(Math::Std, |(_, math)| *math),
+        choices,
         robot,
         solvers,
         inverses,
@@ -130,6 +138,7 @@ pub fn load(
 
 struct Resolver<'r> {
     robot: &'r Robot,
+    choices: Choices,
     /// The places of bodies by name.
     bodies: HashMap<&'r str, usize>,
     loops: Vec<Loop<'r>>,
@@ -274,7 +283,8 @@ impl<'r> Resolver<'r> {
             self.found
                 .push(Diagnostic::warning("without-effect", *span, message));
         }
-        gravity
+        // It is along the axes of the URDF.
+        self.choices.grounding.direction(gravity)
     }
 
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
@@ -324,7 +334,7 @@ impl<'r> Resolver<'r> {
             payloads: &bodies,
         };
         let program = recorded(&subject, &computed);
-        if !program.is_finite() {
+        if !self.fits(&program) {
             self.too_great(solver.name.span);
             return None;
         }
@@ -388,6 +398,9 @@ impl<'r> Resolver<'r> {
         gravity: [f64; 3],
         held: &[usize],
     ) -> Option<(Output, Computed<'r>)> {
+        if !self.is_chosen(output) {
+            return None;
+        }
         let count = self.robot.coordinates.len();
         let described = |name: &str, doc: String, shape| Output {
             name: name.to_owned(),
@@ -486,37 +499,38 @@ impl<'r> Resolver<'r> {
             name += "_as_quaternion";
         }
         let (tip, base) = (&tip.text, &base.text);
+        let length = self.choices.length();
         let (doc, shape) = match what {
             MotionPart::Quaternion => (
                 format!(
-                    "Where `{tip}` is in `{base}`: the place in metres, then the unit quaternion x, y, z, w, whose w is \
+                    "Where `{tip}` is in `{base}`: the place in {length}, then the unit quaternion x, y, z, w, whose w is \
                     not negative."
                 ),
                 Shape::Vector(7),
             ),
             MotionPart::Pose => (
                 format!(
-                    "Where `{tip}` is in `{base}`: the homogeneous matrix for columns, in metres."
+                    "Where `{tip}` is in `{base}`: the homogeneous matrix for columns, in {length}."
                 ),
                 Shape::Matrix(4, 4),
             ),
             MotionPart::Jacobian => (
                 format!(
-                    "For each joint, a column: the velocity of the origin of `{tip}` in `{base}` in m, then the \
+                    "For each joint, a column: the velocity of the origin of `{tip}` in `{base}` in {length}, then the \
                     angular velocity in rad, {axes}, for each unit that the joint moves."
                 ),
                 Shape::Matrix(6, count),
             ),
             MotionPart::Velocity => (
                 format!(
-                    "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in \
+                    "The velocity of the origin of `{tip}` in `{base}` in {length}/s, then the angular velocity in \
                     rad/s, {axes}."
                 ),
                 Shape::Vector(6),
             ),
             MotionPart::Acceleration => (
                 format!(
-                    "The acceleration of the origin of `{tip}` in `{base}` in m/s², then the angular \
+                    "The acceleration of the origin of `{tip}` in `{base}` in {length}/s², then the angular \
                     acceleration in rad/s², {axes}."
                 ),
                 Shape::Vector(6),

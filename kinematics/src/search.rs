@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 /// The search for positions. The lists have the numbers of the joints that move the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
-    /// The tolerance, in m.
+    /// The tolerance, in the unit of lengths.
     pub near: f64,
     /// The tolerance, in rad.
     pub turned: f64,
@@ -44,7 +44,7 @@ pub struct ClosedForm {
 /// The settings of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The tolerance, in m.
+    /// The tolerance, in the unit of lengths.
     pub near: f64,
     /// The tolerance, in rad.
     pub turned: f64,
@@ -75,7 +75,7 @@ impl Default for Settings {
 impl Search {
     /// The search of positions of `joints`, which move the end of a chain.
     pub(crate) fn new(
-        robot: &Robot,
+        (robot, metre): (&Robot, f64),
         chain: &Chain<'_>,
         joints: &[usize],
         settings: Settings,
@@ -84,7 +84,7 @@ impl Search {
         let own: Vec<(f64, f64)> = joints.iter().map(|at| ranges[*at]).collect();
         // Without an end, searches begin in one turn, or within a metre.
         let places = joints.iter().zip(&own).map(|(joint, (lower, upper))| {
-            let far = if turns(robot, *joint) { PI } else { 1.0 };
+            let far = if turns(robot, *joint) { PI } else { metre };
             match (lower.is_finite(), upper.is_finite()) {
                 (true, true) => (*lower, *upper),
                 (true, false) => (*lower, lower + 2.0 * far),

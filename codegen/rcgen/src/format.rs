@@ -22,6 +22,9 @@ pub fn laid_out(
     if is_graph(path) {
         return Some(graphs::format(sources, source));
     }
+    if is_ilk(path) {
+        return Some(rc_kinematics::ilk::format(sources, source));
+    }
     let formatted = is_xml(path).then(|| innermodel::format(sources, source))?;
     Some(formatted.map(|formatted| rc_syntax::with_ends_of(sources.text(source), formatted)))
 }
@@ -37,14 +40,14 @@ pub fn file(
     sources: &mut SourceMap,
     found: &mut Diagnostics,
 ) -> io::Result<bool> {
-    if Language::of(path).is_none() && !is_xml(path) && !is_graph(path) {
+    if Language::of(path).is_none() && !is_xml(path) && !is_graph(path) && !is_ilk(path) {
         if !path.exists() {
             return Err(rc_codegen::paths::missing(path));
         }
         let source = sources.add(path, "");
         let extensions = LANGUAGES.map(|l| format!(".{}", l.extension)).join(", ");
         let message =
-            format!("expected a file with one of the extensions {extensions}, .graph, .xml");
+            format!("expected a file with one of the extensions {extensions}, .ilk, .graph, .xml");
         let span = Span::new(source, 0, 0);
         found.push(Diagnostic::error("unknown-language", span, message));
         return Ok(false);
@@ -69,12 +72,16 @@ pub fn file(
 
 /// Whether `rcgen fmt` lays out a file that it finds in a folder.
 pub fn is_formatted(path: &Path) -> bool {
-    let is_ours = Language::of(path).is_some() || is_graph(path);
+    let is_ours = Language::of(path).is_some() || is_graph(path) || is_ilk(path);
     is_ours || is_xml(path) && innermodel::is_wanted(path)
 }
 
 fn is_graph(path: &Path) -> bool {
     path.extension() == Some("graph".as_ref())
+}
+
+fn is_ilk(path: &Path) -> bool {
+    path.extension() == Some("ilk".as_ref())
 }
 
 fn is_xml(path: &Path) -> bool {

@@ -25,12 +25,17 @@ struct Pair {
     motion: Interpreter,
 }
 
+/// The greatest length in m and position of a request: more has no digits left for millimetres.
+const MOST: f64 = 1e9;
+
 /// Positions for a pose.
 pub(crate) struct Reached {
     pub(crate) positions: Vec<f64>,
     pub(crate) reached: bool,
     pub(crate) distance: f64,
     pub(crate) angle: f64,
+    /// How often the motion was computed.
+    pub(crate) iterations: usize,
 }
 
 /// The homogeneous matrix for columns.
@@ -39,6 +44,9 @@ pub(crate) fn rows(translation: [f64; 3], xyzw: [f64; 4]) -> Result<[[f64; 4]; 4
     let turn = quaternion.map_err(|_| "the rotation is not a quaternion of norm 1".to_owned())?;
     if translation.iter().any(|part| !part.is_finite()) {
         return Err("the translation is not finite".to_owned());
+    }
+    if translation.iter().any(|part| part.abs() > MOST) {
+        return Err(format!("the translation is greater than {MOST:e} m"));
     }
     let mut rows = [[0.0, 0.0, 0.0, 1.0]; 4];
     for ((row, turn), place) in rows.iter_mut().zip(turn.matrix()).zip(translation) {
@@ -68,6 +76,9 @@ impl Answers {
         }
         if given.iter().any(|position| !position.is_finite()) {
             return Err("a position is not finite".to_owned());
+        }
+        if given.iter().any(|position| position.abs() > MOST) {
+            return Err(format!("a position is greater than {MOST:e}"));
         }
         Ok(given)
     }
@@ -141,6 +152,7 @@ impl Answers {
             reached: found.reached,
             distance: found.distance,
             angle: found.angle,
+            iterations: found.iterations,
         })
     }
 

@@ -2,6 +2,7 @@
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_kinematics::Cell;
+use rc_robot::Grounding;
 use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::path::Path;
 
@@ -43,6 +44,10 @@ pub(crate) fn read(path: &Path) -> Result<Cell, String> {
     let (cell, found) = rc_kinematics::load(&mut sources, &Beside, source);
     let text = render(&sources, &found, Format::Short);
     match cell {
+        Some(cell) if cell.choices.grounding != Grounding::default() => Err(format!(
+            "{}: the interface `Kinematics` has metres and the axes of ROS: remove `lengths` and `frames`",
+            path.display()
+        )),
         Some(cell) if !found.has_errors() => Ok(cell),
         _ => Err(text),
     }

@@ -11,6 +11,9 @@ use kinematics_generated::{
 /// The most poses of a path: the other requests wait for it.
 const MOST_POSES: usize = 1_000;
 
+/// The most computations of the motion for all poses of a path. Poses that are near each other need some five each.
+const MOST_MOTIONS: usize = 20_000;
+
 /// The reply or the exception of an operation.
 fn reply<T, E: From<KinematicsError>>(result: Result<T, String>) -> Result<T, E> {
     result.map_err(|what| KinematicsError { what }.into())
@@ -51,9 +54,18 @@ impl SpecificWorker {
         }
         let mut last = self.answers.checked(seed, &self.now)?;
         let targets: Vec<_> = poses.iter().map(target).collect::<Result<_, _>>()?;
-        let mut all = Vec::new();
+        let (mut all, mut motions) = (Vec::new(), 0);
         for target in targets {
             let one = self.answers.inverse(tip, base, &target, &last)?;
+            motions += one.iterations;
+            if motions > MOST_MOTIONS {
+                return Err(format!(
+                    "{} of {} poses needed {motions} computations of the motion, more than {MOST_MOTIONS}: ask for \
+                    parts of the path",
+                    all.len() + 1,
+                    poses.len()
+                ));
+            }
             last.clone_from(&one.positions);
             let reached = one.reached;
             all.push(found(one));

@@ -96,6 +96,66 @@ fn wrong_messages_and_requests_change_nothing() {
         rotation,
     };
     assert!(refused(&mut worker, &mut test, pose).contains("not finite"));
+    let translation = Vector3 {
+        x: 1e300,
+        ..Vector3::default()
+    };
+    let pose = Transform {
+        translation,
+        rotation: Quaternion {
+            w: 1.0,
+            ..Quaternion::default()
+        },
+    };
+    let told = refused(&mut worker, &mut test, pose);
+    assert!(told.contains("greater than 1e9 m"), "{told}");
+    let far = worker.forward(&mut test, "tool".into(), "base".into(), vec![1e300; 6]);
+    assert!(format!("{far:?}").contains("greater than 1e9"), "{far:?}");
+}
+
+/// Poses all over the workspace need searches; a path of them ends before the other requests wait long.
+#[test]
+fn a_path_has_a_bound_on_its_computations() {
+    let (mut worker, mut test) = started("../../kinematics/tests/robots/seven.urdf");
+    let joints = worker.get_joints(&mut test);
+    let links = worker.get_links(&mut test);
+    let (base, tip) = (links[0].clone(), links[links.len() - 1].clone());
+    let mut poses = Vec::new();
+    for pose in 0..1_000_u32 {
+        let part = |joint: usize| {
+            let at = f64::from(pose) * 0.618_034 + (joint as f64) * 0.754_878 * f64::from(pose);
+            at.fract()
+        };
+        let at = joints.iter().enumerate();
+        let at = at.map(|(place, joint)| {
+            let (lower, upper) = (joint.lower.max(-3.0), joint.upper.min(3.0));
+            lower + part(place) * (upper - lower)
+        });
+        let at = at.collect();
+        let place = worker.forward(&mut test, tip.clone(), base.clone(), at);
+        poses.push(place.expect("a pose"));
+    }
+    let near = vec![poses[0].clone(); 1_000];
+    let along = worker.path(&mut test, tip.clone(), base.clone(), near, Vec::new());
+    assert_eq!(along.expect("one place").len(), 1_000);
+    let jumps = worker.path(&mut test, tip, base, poses, Vec::new());
+    let told = format!("{:?}", jumps.map(|found| found.len()));
+    assert!(told.contains("ask for parts of the path"), "{told}");
+}
+
+#[test]
+fn a_robot_in_millimetres_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arm = include_str!("../../../kinematics/examples/arm.urdf");
+    std::fs::write(folder.path().join("arm.urdf"), arm).expect("a file");
+    let text = "import \"arm.urdf\"; Kinematics one { lengths mm; };";
+    std::fs::write(folder.path().join("one.kdsl"), text).expect("a file");
+    let mut test = TestContext::configured().expect("a configuration");
+    test.params.robot = folder.path().join("one.kdsl");
+    match SpecificWorker::initialize(&mut test) {
+        Err(WorkerError::Fatal(what)) => assert!(what.contains("remove `lengths`"), "{what}"),
+        _ => panic!("it starts"),
+    }
 }
 
 #[test]

@@ -106,7 +106,7 @@ async function start(): Promise<void> {
   const args = ["lsp", ...include().flatMap((folder) => ["-I", folder])];
   const files = [
     ...LANGUAGES.map((language) => ({ scheme: "file", language })),
-    ...["**/etc/*.toml", "**/src/**/*.rs", "**/src/**/*.py", "**/*.{scxml,urdf,xml}"].map(
+    ...["**/etc/*.toml", "**/src/**/*.rs", "**/src/**/*.py", "**/*.{ilk,scxml,urdf,xml}"].map(
       (pattern) => ({ scheme: "file", pattern }),
     ),
   ];

@@ -119,6 +119,14 @@ impl Robot {
         bodies.enumerate().filter(|(_, name)| !name.is_empty())
     }
 
+    /// Whether a coordinate is a length.
+    pub fn slides(&self, coordinate: usize) -> bool {
+        let joints = self.bodies.iter().filter_map(|body| body.joint.as_ref());
+        let name = self.coordinates.get(coordinate);
+        let mut own = joints.filter(|joint| Some(&joint.name) == name);
+        own.any(|joint| matches!(joint.motion, Motion::Slides { .. }))
+    }
+
     /// The limits of each coordinate, of the joint that it moves directly.
     pub fn limits(&self) -> Vec<Option<Limits>> {
         let mut limits = vec![None; self.coordinates.len()];

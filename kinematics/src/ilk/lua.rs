@@ -56,6 +56,21 @@ pub(super) fn read(text: &str, source: SourceId) -> (Option<Value>, Diagnostics)
     (value, reader.found)
 }
 
+/// Reads `return { … }` as a table. `None` after a finding.
+pub(super) fn table(text: &str, source: SourceId) -> (Option<Table>, Diagnostics) {
+    let (value, mut found) = read(text, source);
+    match value.map(|value| value.kind) {
+        Some(Kind::Table(table)) => (Some(table), found),
+        None => (None, found),
+        Some(_) => {
+            let message = "expected a table after `return`";
+            let whole = Span::new(source, 0, 0);
+            found.push(Diagnostic::error("syntax-error", whole, message));
+            (None, found)
+        }
+    }
+}
+
 fn is_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }

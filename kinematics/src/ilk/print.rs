@@ -42,7 +42,8 @@ pub fn print(cell: &Cell) -> Result<Vec<(String, String)>, Unprintable> {
             solver: solver.name.clone(),
             what,
         })?;
-        files.push((format!("{}.ilk", solver.name), printer.text(solver)));
+        let text = super::layout::layout(&printer.text(solver));
+        files.push((format!("{}.ilk", solver.name), text));
         constants.append(&mut printer.constants);
     }
     if let Some(inverse) = cell.inverses.first() {

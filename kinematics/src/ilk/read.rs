@@ -1,9 +1,9 @@
 //! Reads forward solvers in ILK: their operations become a formula.
 
+use super::OPERATIONS;
 use super::lua::{self, Kind, Table, Value};
 use super::motion::{Joint, Known, moved, seen};
-use crate::ast::Math;
-use crate::cell::{Cell, Output, Shape, Solver};
+use crate::cell::{Cell, Choices, Output, Shape, Solver};
 use crate::resolve::{identifier, is_taken};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::{Recorder, Term};
@@ -21,31 +21,15 @@ pub(super) const CONSTANTS: &str = "model-constants.lua";
 const MOST_JOINTS: usize = 200;
 const MOST_OPERATIONS: usize = 10_000;
 
-const OPERATIONS: [&str; 5] = [
-    "pose-compose",
-    "joint-vel-twist",
-    "vel-compose",
-    "geom-jacobian",
-    "GJac-col",
-];
-
 /// Reads a solver beside the constants of its robot. `None` if nothing is readable.
 pub(crate) fn load(
     sources: &mut SourceMap,
     loader: &dyn Loader,
     source: SourceId,
 ) -> (Option<Cell>, Diagnostics) {
-    let (file, mut found) = lua::read(sources.text(source), source);
+    let (table, mut found) = lua::table(sources.text(source), source);
     let whole = Span::new(source, 0, 0);
-    let Some(Value {
-        kind: Kind::Table(table),
-        ..
-    }) = file
-    else {
-        if !found.has_errors() {
-            let message = "expected a table after `return`".to_owned();
-            found.push(Diagnostic::error("syntax-error", whole, message));
-        }
+    let Some(table) = table else {
         return (None, found);
     };
     let path = sources.path(source).to_path_buf();
@@ -291,7 +275,7 @@ impl Reader {
         };
         Some(Cell {
             name: format!("{robot}_{}", solver.name),
-            math: Math::Std,
+            choices: Choices::default(),
             robot: Robot {
                 name: robot,
                 bodies: Vec::new(),
@@ -412,11 +396,12 @@ impl Reader {
             let Some((name, span)) = self.text(own, value.span, "op") else {
                 continue;
             };
-            if !OPERATIONS.contains(&name) {
+            let words = OPERATIONS.map(|(name, _)| name);
+            if !words.contains(&name) {
                 let message = format!("the operation `{name}` is not read");
                 let error = Diagnostic::error("bad-value", span, message);
-                let error = error.help(format!("expected one of {}", OPERATIONS.join(", ")));
-                self.found.push(error.suggest(name, OPERATIONS));
+                let error = error.help(format!("expected one of {}", words.join(", ")));
+                self.found.push(error.suggest(name, words));
                 continue;
             }
             // Findings are told at each operation: one that lacks its operands gives nothing.

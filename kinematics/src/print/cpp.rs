@@ -6,22 +6,26 @@ use crate::inverse::{Inverse, Question};
 use crate::names::type_name;
 use std::fmt::Write;
 
-/// A type of Eigen. Rows come one after the other, as in C; a column of Eigen is one of these, too.
-fn matrix(rows: usize, columns: usize) -> String {
-    let order = if columns == 1 { "ColMajor" } else { "RowMajor" };
+/// A type of Eigen, with the numbers as C has them; a column of Eigen is one of these, too.
+fn matrix(rows: usize, columns: usize, by_columns: bool) -> String {
+    let order = if by_columns || columns == 1 {
+        "ColMajor"
+    } else {
+        "RowMajor"
+    };
     format!("Eigen::Matrix<double, {rows}, {columns}, Eigen::{order}>")
 }
 
-fn kind(output: &Output) -> String {
+fn kind(cell: &Cell, output: &Output) -> String {
     match output.shape {
-        Shape::Vector(length) => matrix(length, 1),
-        Shape::Matrix(rows, columns) => matrix(rows, columns),
+        Shape::Vector(length) => matrix(length, 1, false),
+        Shape::Matrix(rows, columns) => matrix(rows, columns, cell.choices.by_columns),
     }
 }
 
 /// An argument that has these numbers.
 fn argument(rows: usize, columns: usize) -> String {
-    format!("const {} &", matrix(rows, columns))
+    format!("const {} &", matrix(rows, columns, false))
 }
 
 fn comment(out: &mut String, lines: &[String]) {
@@ -33,10 +37,13 @@ fn comment(out: &mut String, lines: &[String]) {
 /// All solvers as C++ 11 over Eigen, in a namespace with the name of the cell. The functions in C are in it as
 /// [`c`] prints them.
 pub fn cpp(cell: &Cell) -> String {
-    let (name, count) = (&cell.name, cell.robot.coordinates.len());
-    let mut out = format!(
-        "{}\n#ifndef {upper}_HPP\n#define {upper}_HPP\n\n#include <Eigen/Core>\n\nnamespace {name}\n{{\n",
-        c(cell),
+    let name = &cell.name;
+    let mut out = c(cell);
+    // They have their types already.
+    let solvers = out.len();
+    let _ = write!(
+        out,
+        "\n#ifndef {upper}_HPP\n#define {upper}_HPP\n\n#include <Eigen/Core>\n\nnamespace {name}\n{{\n",
         upper = name.to_ascii_uppercase()
     );
     for solver in &cell.solvers {
@@ -47,7 +54,7 @@ pub fn cpp(cell: &Cell) -> String {
                 out,
                 "    /// {}\n    {} {};",
                 output.doc,
-                kind(output),
+                kind(cell, output),
                 output.name
             );
         }
@@ -75,20 +82,22 @@ pub fn cpp(cell: &Cell) -> String {
             let _ = writeln!(
                 out,
                 "    result.{field} = Eigen::Map<const {}>(&found.{field}{first});",
-                kind(output),
+                kind(cell, output),
                 field = output.name
             );
         }
         out.push_str("    return result;\n}\n");
     }
     for inverse in &cell.inverses {
-        out += &asked(name, count, inverse);
+        out += &asked(cell, inverse);
     }
-    out + "}\n\n#endif\n"
+    let text = out.split_off(solvers) + "}\n\n#endif\n";
+    out + &super::choices::typed(cell, text, false)
 }
 
 /// An inverse solver: its result is that of C.
-fn asked(name: &str, count: usize, inverse: &Inverse) -> String {
+fn asked(cell: &Cell, inverse: &Inverse) -> String {
+    let (name, count) = (&cell.name, cell.robot.coordinates.len());
     let own = &inverse.name;
     let of = type_name(own);
     let mut out = format!("\nusing {of} = {name}_{own}_result;\n\n");
@@ -98,7 +107,10 @@ fn asked(name: &str, count: usize, inverse: &Inverse) -> String {
         Question::Pose(search) => {
             let target = format!("{}target", argument(4, 4));
             let last = format!(", {}last", argument(count, 1));
-            let copy = "    double goal[4][4];\n    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> rows(&goal[0][0]);\n    rows = target;\n";
+            let copy = format!(
+                "    double goal[4][4];\n    Eigen::Map<{}> rows(&goal[0][0]);\n    rows = target;\n",
+                matrix(4, 4, cell.choices.by_columns)
+            );
             match search.seed {
                 Some(_) => (target, copy, "goal, "),
                 None => (target + &last, copy, "goal, last.data(), "),
@@ -110,7 +122,7 @@ fn asked(name: &str, count: usize, inverse: &Inverse) -> String {
                 argument(count, 1),
                 argument(6, 1)
             ),
-            "",
+            String::new(),
             "positions.data(), velocity.data(), ",
         ),
     };

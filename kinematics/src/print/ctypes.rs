@@ -10,6 +10,7 @@ use std::fmt::Write;
 pub fn library(cell: &Cell) -> String {
     let name = &cell.name;
     let mut out = c(cell);
+    let solvers = out.len();
     let mut function = |of: &str, taken: &[(&str, &str)]| {
         let typed = taken
             .iter()
@@ -37,7 +38,9 @@ pub fn library(cell: &Cell) -> String {
         };
         function(&inverse.name, taken);
     }
-    out
+    // The solvers have their types already.
+    let functions = out.split_off(solvers);
+    out + &super::choices::typed(cell, functions, false)
 }
 
 fn comment(out: &mut String, lines: &[String]) {
@@ -76,7 +79,7 @@ fn passed(taken: &[(&str, String)]) -> String {
 
 /// All solvers as Python that calls the library `libNAME.so` beside it.
 pub fn loader(cell: &Cell) -> String {
-    let (name, count) = (&cell.name, cell.robot.coordinates.len());
+    let name = &cell.name;
     let numbers = |all: Vec<f64>| {
         let all = all.into_iter().map(|value| match value {
             f64::INFINITY => "numpy.inf".to_owned(),
@@ -86,6 +89,7 @@ pub fn loader(cell: &Cell) -> String {
         all.collect::<Vec<_>>().join(", ")
     };
     let (lower, upper) = limits(cell);
+    let slides = cell.choices.length();
     let mut out = format!(
         "# Solvers of {name} for the robot {}. Printed by rcgen.\n\
         import ctypes\nimport pathlib\nfrom typing import NamedTuple\n\nimport numpy\n\n\
@@ -93,7 +97,7 @@ pub fn loader(cell: &Cell) -> String {
         try:\n    _LIBRARY = ctypes.CDLL(str(_FILE))\nexcept OSError as error:\n    \
         _HOW = \"cc -O2 -ffp-contract=off -shared -fPIC {name}.c -o lib{name}.so -lm\"\n    \
         raise ImportError(f\"{{error}}: build it: {{_HOW}}\") from error\n\n\
-        # The joints, in the order of all arrays. Positions are in rad, of joints that slide in m.\n\
+        # The joints, in the order of all arrays. Positions are in rad, of joints that slide in {slides}.\n\
         JOINTS = [{}]\n\n# The least and the greatest positions of the joints.\n\
         LOWER = numpy.array([{}], dtype=numpy.float64)\nUPPER = numpy.array([{}], dtype=numpy.float64)\n\n\n\
         def _numbers(name, value, *shape):\n    array = numpy.ascontiguousarray(value, dtype=numpy.float64)\n    \
@@ -126,7 +130,7 @@ pub fn loader(cell: &Cell) -> String {
             .sum();
         let _ = writeln!(
             out,
-            "    result = numpy.empty({size})\n    _LIBRARY.{name}_call_{}({}_place(result))",
+            "    result = numpy.empty({size}, dtype=numpy.float64)\n    _LIBRARY.{name}_call_{}({}_place(result))",
             solver.name,
             passed(&taken)
         );
@@ -136,6 +140,9 @@ pub fn loader(cell: &Cell) -> String {
             at += output.shape.size();
             match output.shape {
                 Shape::Vector(_) => format!("result[{from}:{at}]"),
+                Shape::Matrix(rows, columns) if cell.choices.by_columns => {
+                    format!("result[{from}:{at}].reshape({columns}, {rows}).T")
+                }
                 Shape::Matrix(rows, columns) => {
                     format!("result[{from}:{at}].reshape({rows}, {columns})")
                 }
@@ -148,12 +155,16 @@ pub fn loader(cell: &Cell) -> String {
         );
     }
     for inverse in &cell.inverses {
-        asked(&mut out, name, count, inverse);
+        asked(&mut out, cell, inverse);
+    }
+    if cell.choices.is_single {
+        return out.replace("numpy.float64", "numpy.float32");
     }
     out
 }
 
-fn asked(out: &mut String, name: &str, count: usize, inverse: &Inverse) {
+fn asked(out: &mut String, cell: &Cell, inverse: &Inverse) {
+    let (name, count) = (&cell.name, cell.robot.coordinates.len());
     let own = &inverse.name;
     let of = type_name(own);
     let mut lines = super::inverse::about(inverse);
@@ -164,7 +175,10 @@ fn asked(out: &mut String, name: &str, count: usize, inverse: &Inverse) {
             let fields = [
                 field("The positions of all joints.", "positions: numpy.ndarray"),
                 field("Whether the frame is there.", "reached: bool"),
-                field("How far it is from there, in m.", "distance: float"),
+                field(
+                    "How far it is from there, in the unit of the pose.",
+                    "distance: float",
+                ),
                 field("By which angle it is turned, in rad.", "angle: float"),
                 field("How often the motion was computed.", "iterations: int"),
             ];
@@ -180,6 +194,9 @@ fn asked(out: &mut String, name: &str, count: usize, inverse: &Inverse) {
                 (\"iterations\", ctypes.c_int),\n    ]"
             );
             begin(out, &of, own, &taken, &lines);
+            if cell.choices.by_columns {
+                out.push_str("    target = numpy.ascontiguousarray(target.T)\n");
+            }
             let _ = writeln!(
                 out,
                 "    found = _{own}()\n    _LIBRARY.{name}_call_{own}({}ctypes.byref(found))\n    \

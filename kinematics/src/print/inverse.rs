@@ -70,7 +70,7 @@ pub(super) fn about(inverse: &Inverse) -> Vec<String> {
 
 const POSITIONS: &str = "Positions of all joints. Those that do not move the frame are as before.";
 const REACHED: &str = "Whether the frame is within the tolerance. Else the positions are the nearest that were found.";
-const DISTANCE: &str = "How far the frame is from there, in m.";
+const DISTANCE: &str = "How far the frame is from there, in the unit of the pose.";
 const ANGLE: &str = "By which angle it is turned, in rad.";
 const ITERATIONS: &str = "How often the motion was computed.";
 const VELOCITIES: &str = "Velocities of all joints, in rad/s or m/s.";
@@ -182,10 +182,16 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
             };
             let endless: Vec<String> = search.endless.iter().map(bool::to_string).collect();
             let first = beginning(inverse, search);
+            let rows = if cell.choices.by_columns {
+                "    let rows: [[f64; 4]; 4] = core::array::from_fn(|row| core::array::from_fn(|column| target[column][row]));\n    \
+                let target = &rows;\n"
+            } else {
+                ""
+            };
             let _ = write!(
                 out,
                 "///\n/// `target`: {}{}\n\
-                pub fn {name}(target: &[[f64; 4]; 4]{last}) -> {of} {{\n{motion}\
+                pub fn {name}(target: &[[f64; 4]; 4]{last}) -> {of} {{\n{motion}{rows}\
                 \x20   let (lower, upper): (&[f64], &[f64]) = (&[{}], &[{}]);\n{}\
                 \x20   let aim = _inverse::Aim {{\n        target,\n        near: {:?},\n        turned: {:?},\n\
                 \x20       lower,\n        upper,\n        endless: &[{}],\n        closed: &closed[..kept],\n\
@@ -349,6 +355,12 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
             };
             let endless = search.endless.iter().map(|is| if *is { "1" } else { "0" });
             let endless = endless.collect::<Vec<_>>().join(", ");
+            let rows = if cell.choices.by_columns {
+                "    double rows[4][4];\n    for (int at = 0; at < 16; at++)\n        rows[at / 4][at % 4] = target[at % 4][at / 4];\n    \
+                target = rows;\n"
+            } else {
+                ""
+            };
             // A list of C is not empty.
             let (declared, called) = closed::c_call(prefix, inverse, search);
             let starts = match search.starts.as_slice() {
@@ -357,7 +369,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
             };
             let _ = write!(
                 out,
-                "static inline void {name}(double target[4][4], {last}{name}_result *result)\n{{\n\
+                "static inline void {name}(double target[4][4], {last}{name}_result *result)\n{{\n{rows}\
                 \x20   static const double lower[{joints}] = {{{}}}, upper[{joints}] = {{{}}};\n\
                 \x20   static const double starts[] = {{{starts}}};\n\
                 \x20   static const unsigned char endless[{joints}] = {{{endless}}};\n\
@@ -532,11 +544,16 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
                 .endless
                 .iter()
                 .map(|is| if *is { "True" } else { "False" });
+            let target = if cell.choices.by_columns {
+                "zip(*target)"
+            } else {
+                "target"
+            };
             let starts = search.starts.chunks(joints);
             let starts = starts.map(|start| format!("[{}]", IN_PYTHON.list(start)));
             let _ = write!(
                 out,
-                "    wanted = [[float(one) for one in row] for row in target]\n\
+                "    wanted = [[float(one) for one in row] for row in {target}]\n\
                 \x20   if len(wanted) < 3 or any(len(row) != 4 for row in wanted):\n\
                 \x20       raise ValueError(\"4 rows of 4 numbers are expected\")\n\
                 \x20   found, reached, distance, angle, iterations = _search(\n\

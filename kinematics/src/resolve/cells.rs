@@ -210,19 +210,22 @@ impl Resolver<'_> {
         let count = self.robot.coordinates.len();
         let rows = self.loops.iter().map(Loop::rows).sum();
         let order = "For each loop, the way from its first frame to its second one along the axes of the first one";
+        let length = self.choices.length();
         let staying = "Joints that are held stay.";
         let found = match output.kind {
             OutputKind::LoopErrors => (
                 "loop_errors",
                 format!(
-                    "{order}, in m, then the axis of the turn times twice the sine of half its angle."
+                    "{order}, in {length}, then the axis of the turn times twice the sine of half its angle."
                 ),
                 Shape::Vector(rows),
                 OfLoops::Errors,
             ),
             OutputKind::LoopJacobian => (
                 "loop_jacobian",
-                format!("{order}, in m, then the turn in rad, for each unit that a joint moves."),
+                format!(
+                    "{order}, in {length}, then the turn in rad, for each unit that a joint moves."
+                ),
                 Shape::Matrix(rows, count),
                 OfLoops::Jacobian,
             ),

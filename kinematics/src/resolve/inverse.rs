@@ -57,6 +57,16 @@ impl Resolver<'_> {
             let Some(value) = self.quantity(place, unit) else {
                 continue;
             };
+            let value = if unit == "m" {
+                value * self.choices.grounding.metre
+            } else {
+                value
+            };
+            let unit = if unit == "m" {
+                self.choices.length()
+            } else {
+                unit
+            };
             let (lower, upper) = ranges[at];
             if value < lower || value > upper {
                 let message = format!(
@@ -200,6 +210,15 @@ impl Resolver<'_> {
                 &["within", "damped", "null", "period"]
             },
         );
+        if !self.has_digits(asked.span, true, "inverse solvers search") {
+            return None;
+        }
+        if !is_pose && self.choices.length() == "mm" {
+            let message = "velocities in m/s and rad/s are weighed, which `lengths mm` changes";
+            let error = Diagnostic::error("bad-value", asked.span, message.to_owned());
+            self.found.push(error.help("write it in a file of its own"));
+            return None;
+        }
         let places = (self.body(&asked.tip), self.body(&asked.base));
         let frame = asked
             .expressed
@@ -234,7 +253,13 @@ impl Resolver<'_> {
         let (tip, base) = (&asked.tip.text, &asked.base.text);
         let axes = asked.expressed.as_ref().map_or(base, |name| &name.text);
         let question = if is_pose {
-            question_of_pose(tip, base)
+            let question = question_of_pose(tip, base, self.choices.length());
+            let order = if self.choices.by_columns {
+                " By columns."
+            } else {
+                ""
+            };
+            question + order
         } else {
             format!(
                 "The velocity of the origin of `{tip}` in `{base}` in m/s, then the angular velocity in rad/s, along \
@@ -278,13 +303,15 @@ impl Resolver<'_> {
     }
 
     fn search(&mut self, solver: &ast::Solver, chain: &Chain<'_>, joints: &[usize]) -> Search {
+        let metre = self.choices.grounding.metre;
         let mut settings = Settings::default();
+        settings.near *= metre;
         for setting in &solver.settings {
             match &setting.kind {
                 SettingKind::Within => settings.keeps_limits = true,
                 SettingKind::Tolerance(way, angle) => {
                     let near = self.positive(way, "m", 1e3);
-                    settings.near = near.unwrap_or(settings.near);
+                    settings.near = near.map_or(settings.near, |near| near * metre);
                     let turned = self.positive(angle, "rad", 1e3);
                     settings.turned = turned.unwrap_or(settings.turned);
                 }
@@ -301,7 +328,7 @@ impl Resolver<'_> {
                 _ => {}
             }
         }
-        Search::new(self.robot, chain, joints, settings)
+        Search::new((self.robot, metre), chain, joints, settings)
     }
 
     fn rates(&mut self, solver: &ast::Solver, joints: &[usize]) -> Rates {

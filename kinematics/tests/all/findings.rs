@@ -32,7 +32,7 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`, `accelerations` or `loop_forces`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
         cell.kdsl:9:44: error[duplicate-name]: `gravity` occurs twice; first declared here at cell.kdsl:9:27
-        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `fixed`, `planar`, `floating`, `loop`, `math`, found `slover` (did you mean `solver`?)
+        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `fixed`, `planar`, `floating`, `loop`, `math`, `scalars`, `lengths`, `matrices`, `frames`, found `slover` (did you mean `solver`?)
     "#]].assert_eq(&found);
 }
 

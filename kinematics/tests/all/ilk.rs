@@ -158,7 +158,11 @@ fn printed_models_have_the_numbers_of_their_solvers() {
             near(&run(&again, 0, &at, &[0.0; 3]), &own);
         }
     }
-    assert!(files[0].1.contains("op='pose-compose'") && files[1].1.contains("polarity=-1"));
+    assert!(
+        files[0].1.contains("op = 'pose-compose'") && files[1].1.contains("polarity = -1"),
+        "{}",
+        files[1].1
+    );
 }
 
 #[test]
@@ -295,4 +299,61 @@ fn a_model_with_very_many_names_is_read() {
             .1
             .contains("`solver_type` is missing")
     );
+}
+
+fn laid_out(text: &str) -> Result<String, String> {
+    let mut sources = SourceMap::new();
+    let source = sources.add("fk.ilk", text);
+    let formatted = ilk::format(&sources, source);
+    formatted.map_err(|found| render(&sources, &found, Format::Short))
+}
+
+/// Comments stay, and so do empty lines between entries; the second layout changes nothing.
+#[test]
+fn models_are_laid_out() {
+    let text = "-- about\nreturn{solverid='fk',\n\n\n  joints={turn={kind=\"revolute\";coordinate=0}}, -- one\n
+  -- the operations
+ops={{op='pose-compose',arg1='the_first_frame__the_second_frame',arg2='the_second_frame__the_third_frame',res='x'},
+  --[[ none ]]
+}, ['a b']={1.5e-3,-2;--last\n},poses={}}-- end";
+    let expected = "-- about
+return {
+    solverid = 'fk',
+
+    joints = { turn = { kind = \"revolute\", coordinate = 0 } }, -- one
+
+    -- the operations
+    ops = {
+        {
+            op = 'pose-compose',
+            arg1 = 'the_first_frame__the_second_frame',
+            arg2 = 'the_second_frame__the_third_frame',
+            res = 'x',
+        },
+        --[[ none ]]
+    },
+    ['a b'] = {
+        1.5e-3,
+        -2, --last
+    },
+    poses = {},
+}
+-- end
+";
+    assert_eq!(laid_out(text).as_deref(), Ok(expected));
+    for text in [expected, SOLVER, CONSTANTS] {
+        let once = laid_out(text).expect("a table");
+        assert_eq!(laid_out(&once).as_ref(), Ok(&once));
+    }
+    // The layout has the meaning of the text.
+    let (cell, found) = read(&laid_out(SOLVER).expect("a table"), CONSTANTS);
+    let program = |cell: Option<Cell>| cell.expect("a cell").solvers[0].program.clone();
+    assert_eq!(found, "");
+    assert_eq!(program(cell), program(read(SOLVER, CONSTANTS).0));
+    let lines = laid_out("return {a=1,\r\n-- b\r\n}").expect("a table");
+    assert_eq!(lines, "return {\r\n    a = 1,\r\n    -- b\r\n}\r\n");
+    for wrong in ["return 5", "return {", "x", ""] {
+        let found = laid_out(wrong).expect_err("no table");
+        assert!(found.contains("syntax-error"), "{found}");
+    }
 }

@@ -4,9 +4,11 @@
 
 mod arms;
 mod cells;
+mod choices;
 mod closed;
 mod cpp;
 mod ctypes;
+mod cycles;
 mod findings;
 mod ilk;
 mod interpreted;

@@ -9,19 +9,21 @@ const OPERANDS: usize = 4;
 /// A formula with the memory that it needs. Each run computes in it and allocates nothing.
 ///
 /// Operations that do not wait for each other are computed by their kinds, so that a processor does not have
-/// to guess the next one.
+/// to guess the next one. A product that one sum alone needs is computed with it, and rounded as before.
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     inputs: usize,
     /// Operations of one kind, one after the other, and how many they are.
     runs: Vec<(Kind, usize)>,
-    /// The operands of each operation: places of values, of the input, or of another operation.
-    steps: Vec<[u32; 2]>,
+    /// The operands of each operation of one or two: places of values, or of another operation.
+    short: Vec<[u32; 2]>,
+    /// The operands of each operation of three or four.
+    long: Vec<[u32; OPERANDS]>,
     /// Operations that are rare, with their operands.
     others: Vec<(Operation, [u32; OPERANDS], usize)>,
     /// The places of the outputs.
     outputs: Vec<u32>,
-    /// The constants, then the values of the steps.
+    /// The constants, then the input, then the values of the operations.
     values: Vec<f64>,
     constants: usize,
 }
@@ -29,7 +31,6 @@ pub struct Interpreter {
 /// The kind of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
-    Input,
     Negate,
     Add,
     Subtract,
@@ -38,12 +39,21 @@ enum Kind {
     Sine,
     Cosine,
     Other,
+    /// `a * b + c`
+    ProductAndOne,
+    /// `a * b - c`
+    ProductLessOne,
+    /// `c - a * b`
+    OneLessProduct,
+    /// `a * b + c * d`
+    ProductAndProduct,
+    /// `a * b - c * d`
+    ProductLessProduct,
 }
 
 impl Kind {
     fn of(operation: &Operation) -> Self {
         match operation {
-            Operation::Input(_) => Self::Input,
             Operation::Negate => Self::Negate,
             Operation::Add => Self::Add,
             Operation::Subtract => Self::Subtract,
@@ -54,23 +64,98 @@ impl Kind {
             _ => Self::Other,
         }
     }
+
+    fn is_long(self) -> bool {
+        self >= Self::ProductAndOne
+    }
 }
 
-/// The order in which nodes are computed: each after its operands, and kinds together. With levels: no node is on
-/// that of its operands.
-fn order(program: &Program) -> Vec<(usize, usize)> {
-    let mut levels: Vec<usize> = Vec::with_capacity(program.nodes().len());
-    for node in program.nodes() {
-        let below = node.operands.iter().filter_map(|operand| match operand {
+/// An operation with the products that it computes, too.
+struct Step {
+    kind: Kind,
+    node: usize,
+    operands: Vec<Operand>,
+    /// No step is on the level of its operands.
+    level: usize,
+}
+
+/// The steps of a formula, each after its operands, and kinds together.
+fn steps(program: &Program) -> Vec<Step> {
+    let nodes = program.nodes();
+    let mut uses = vec![0_usize; nodes.len()];
+    let operands = nodes.iter().flat_map(|node| &node.operands);
+    for operand in operands.chain(program.results()) {
+        if let Operand::Node(at) = operand {
+            uses[*at] += 1;
+        }
+    }
+    // The factors of a product that nothing else needs.
+    let product = |operand: &Operand| match operand {
+        Operand::Node(at) if uses[*at] == 1 && nodes[*at].operation == Operation::Multiply => {
+            Some((*at, nodes[*at].operands.as_slice()))
+        }
+        _ => None,
+    };
+    let mut is_part = vec![false; nodes.len()];
+    let mut steps = Vec::new();
+    for (at, node) in nodes.iter().enumerate() {
+        let (kind, operands) = match (&node.operation, node.operands.as_slice()) {
+            (Operation::Input(_), _) => continue,
+            (operation @ (Operation::Add | Operation::Subtract), [one, other]) => {
+                let is_sum = *operation == Operation::Add;
+                match (product(one), product(other)) {
+                    (Some((first, one)), Some((second, other))) if first != second => {
+                        (is_part[first], is_part[second]) = (true, true);
+                        let kind = if is_sum {
+                            Kind::ProductAndProduct
+                        } else {
+                            Kind::ProductLessProduct
+                        };
+                        (kind, [one, other].concat())
+                    }
+                    (Some((first, factors)), _) => {
+                        is_part[first] = true;
+                        let kind = if is_sum {
+                            Kind::ProductAndOne
+                        } else {
+                            Kind::ProductLessOne
+                        };
+                        (kind, [factors, &[*other]].concat())
+                    }
+                    (None, Some((second, factors))) => {
+                        is_part[second] = true;
+                        // A sum is the same in both orders.
+                        let kind = if is_sum {
+                            Kind::ProductAndOne
+                        } else {
+                            Kind::OneLessProduct
+                        };
+                        (kind, [factors, &[*one]].concat())
+                    }
+                    (None, None) => (Kind::of(operation), node.operands.clone()),
+                }
+            }
+            (operation, operands) => (Kind::of(operation), operands.to_vec()),
+        };
+        steps.push(Step {
+            kind,
+            node: at,
+            operands,
+            level: 0,
+        });
+    }
+    steps.retain(|step| !is_part[step.node]);
+    let mut levels = vec![0; nodes.len()];
+    for step in &mut steps {
+        let below = step.operands.iter().filter_map(|operand| match operand {
             Operand::Node(at) => Some(levels[*at] + 1),
             Operand::Constant(_) => None,
         });
-        let level = below.max().unwrap_or_default();
-        levels.push(level);
+        step.level = below.max().unwrap_or_default();
+        levels[step.node] = step.level;
     }
-    let mut order: Vec<(usize, usize)> = levels.into_iter().enumerate().collect();
-    order.sort_by_key(|(at, level)| (*level, Kind::of(&program.nodes()[*at].operation)));
-    order
+    steps.sort_by_key(|step| (step.level, step.kind));
+    steps
 }
 
 /// Computes operations of one kind from the values before them.
@@ -78,6 +163,18 @@ fn each(values: (&[f64], &mut [f64]), run: &[[u32; 2]], operation: impl Fn(f64, 
     let (known, next) = values;
     for (value, [a, b]) in next.iter_mut().zip(run) {
         *value = operation(known[*a as usize], known[*b as usize]);
+    }
+}
+
+/// Computes sums of products from the values before them.
+fn each_long(
+    values: (&[f64], &mut [f64]),
+    run: &[[u32; OPERANDS]],
+    operation: impl Fn([f64; OPERANDS]) -> f64,
+) {
+    let (known, next) = values;
+    for (value, places) in next.iter_mut().zip(run) {
+        *value = operation(places.map(|place| known[place as usize]));
     }
 }
 
@@ -101,10 +198,16 @@ impl Interpreter {
             .collect();
         constants.sort_unstable();
         constants.dedup();
-        let order = order(program);
-        let mut places = vec![0; order.len()];
-        for (at, (node, _)) in order.iter().enumerate() {
-            places[*node] = constants.len() + at;
+        let before = constants.len() + program.inputs();
+        let steps = steps(program);
+        let mut places = vec![0; program.nodes().len()];
+        for (at, node) in program.nodes().iter().enumerate() {
+            if let Operation::Input(input) = node.operation {
+                places[at] = constants.len() + input;
+            }
+        }
+        for (at, step) in steps.iter().enumerate() {
+            places[step.node] = before + at;
         }
         let slot = |operand: &Operand| match operand {
             Operand::Constant(bits) => place(constants.binary_search(bits).unwrap_or_default()),
@@ -112,39 +215,41 @@ impl Interpreter {
         };
         let mut runs: Vec<(Kind, usize)> = Vec::new();
         let mut level_before = 0;
-        let (mut steps, mut others) = (Vec::with_capacity(order.len()), Vec::new());
-        for (at, level) in &order {
-            let node = &program.nodes()[*at];
+        let (mut short, mut long, mut others) = (Vec::new(), Vec::new(), Vec::new());
+        for step in &steps {
             let mut slots = [0; OPERANDS];
-            if node.operands.len() > OPERANDS {
+            if step.operands.len() > OPERANDS {
                 return Err(Rejected::Count);
             }
-            for (slot_of, operand) in slots.iter_mut().zip(&node.operands) {
+            for (slot_of, operand) in slots.iter_mut().zip(&step.operands) {
                 *slot_of = slot(operand)?;
             }
-            let kind = Kind::of(&node.operation);
-            steps.push(match &node.operation {
-                Operation::Input(at) => [place(*at)?, 0],
-                other if kind == Kind::Other => {
-                    others.push((other.clone(), slots, node.operands.len()));
-                    [place(others.len() - 1)?, 0]
-                }
-                _ => [slots[0], slots[1]],
-            });
-            match runs.last_mut() {
-                Some((last, count)) if *last == kind && *level == level_before => *count += 1,
-                _ => runs.push((kind, 1)),
+            if step.kind.is_long() {
+                long.push(slots);
+            } else if step.kind == Kind::Other {
+                let operation = program.nodes()[step.node].operation.clone();
+                others.push((operation, slots, step.operands.len()));
+                short.push([place(others.len() - 1)?, 0]);
+            } else {
+                short.push([slots[0], slots[1]]);
             }
-            level_before = *level;
+            match runs.last_mut() {
+                Some((last, count)) if *last == step.kind && step.level == level_before => {
+                    *count += 1;
+                }
+                _ => runs.push((step.kind, 1)),
+            }
+            level_before = step.level;
         }
         let outputs = program.results().iter().map(slot);
         let outputs = outputs.collect::<Result<Vec<u32>, Rejected>>()?;
         let mut values: Vec<f64> = constants.iter().map(|bits| f64::from_bits(*bits)).collect();
-        values.resize(constants.len() + steps.len(), 0.0);
+        values.resize(before + steps.len(), 0.0);
         Ok(Self {
             inputs: program.inputs(),
             runs,
-            steps,
+            short,
+            long,
             others,
             outputs,
             constants: constants.len(),
@@ -170,25 +275,38 @@ impl Interpreter {
         if input.len() != self.inputs || output.len() != self.outputs.len() {
             return Err(Rejected::Count);
         }
-        let (mut steps, mut at) = (self.steps.as_slice(), self.constants);
+        let mut at = self.constants + self.inputs;
+        self.values[self.constants..at].copy_from_slice(input);
+        let (mut shorts, mut longs) = (self.short.as_slice(), self.long.as_slice());
         for (kind, count) in &self.runs {
-            let (run, rest) = steps.split_at(*count);
             // The operands of a run are before it.
             let (known, next) = self.values.split_at_mut(at);
-            match kind {
-                Kind::Add => each((known, next), run, |a, b| a + b),
-                Kind::Subtract => each((known, next), run, |a, b| a - b),
-                Kind::Multiply => each((known, next), run, |a, b| a * b),
-                Kind::Divide => each((known, next), run, |a, b| a / b),
-                Kind::Negate => each((known, next), run, |a, _| -a),
-                Kind::Sine => each((known, next), run, |a, _| a.sine()),
-                Kind::Cosine => each((known, next), run, |a, _| a.cosine()),
-                Kind::Input => {
-                    for (value, [place, _]) in next.iter_mut().zip(run) {
-                        *value = input[*place as usize];
-                    }
+            let values = (&*known, next);
+            at += count;
+            if kind.is_long() {
+                let (run, rest) = longs.split_at(*count);
+                longs = rest;
+                match kind {
+                    Kind::ProductAndOne => each_long(values, run, |[a, b, c, _]| a * b + c),
+                    Kind::ProductLessOne => each_long(values, run, |[a, b, c, _]| a * b - c),
+                    Kind::OneLessProduct => each_long(values, run, |[a, b, c, _]| c - a * b),
+                    Kind::ProductAndProduct => each_long(values, run, |[a, b, c, d]| a * b + c * d),
+                    _ => each_long(values, run, |[a, b, c, d]| a * b - c * d),
                 }
-                Kind::Other => {
+                continue;
+            }
+            let (run, rest) = shorts.split_at(*count);
+            shorts = rest;
+            match kind {
+                Kind::Add => each(values, run, |a, b| a + b),
+                Kind::Subtract => each(values, run, |a, b| a - b),
+                Kind::Multiply => each(values, run, |a, b| a * b),
+                Kind::Divide => each(values, run, |a, b| a / b),
+                Kind::Negate => each(values, run, |a, _| -a),
+                Kind::Sine => each(values, run, |a, _| a.sine()),
+                Kind::Cosine => each(values, run, |a, _| a.cosine()),
+                _ => {
+                    let (known, next) = values;
                     for (value, [other, _]) in next.iter_mut().zip(run) {
                         let (operation, places, count) = &self.others[*other as usize];
                         *value = operation
@@ -196,7 +314,6 @@ impl Interpreter {
                     }
                 }
             }
-            (steps, at) = (rest, at + count);
         }
         for (number, place) in output.iter_mut().zip(&self.outputs) {
             *number = self.values[*place as usize];

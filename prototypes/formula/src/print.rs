@@ -1,10 +1,10 @@
-//! Prints the operations of a formula as statements. The value of node 3 is the variable `v3`.
+//! Prints the operations of a formula as statements. A value that several operations need is a variable, such as `v3`.
 
 pub mod c;
 pub mod python;
 pub mod rust;
 
-use crate::program::{Node, Operand, Program};
+use crate::program::{Node, Operand, Operation, Program};
 
 /// Keywords of the three languages, functions of `math.h`, and what the printed functions use.
 const RESERVED: &str = "\
@@ -34,24 +34,147 @@ pub fn is_reserved(function: &str) -> bool {
 
 /// The results of a formula, after the statements of any language: variables and numbers.
 pub fn results(program: &Program) -> Vec<String> {
-    program.outputs.iter().copied().map(operand).collect()
+    let names = names(program);
+    let results = program.outputs.iter();
+    results
+        .map(|operand| match operand {
+            Operand::Node(at) => names[*at].clone().unwrap_or_default(),
+            Operand::Constant(bits) => number(*bits),
+        })
+        .collect()
 }
 
-/// An operand: `v3`, or a number. Negative numbers are in parentheses.
-fn operand(operand: Operand) -> String {
-    match operand {
-        Operand::Node(at) => format!("v{at}"),
-        Operand::Constant(bits) => {
-            let value = f64::from_bits(bits);
-            if value.is_sign_negative() {
-                format!("({value:?})")
-            } else {
-                format!("{value:?}")
-            }
+/// The most operations of an expression.
+const LONGEST: usize = 7;
+
+fn is_arithmetic(operation: &Operation) -> bool {
+    matches!(
+        operation,
+        Operation::Input(_)
+            | Operation::Negate
+            | Operation::Add
+            | Operation::Subtract
+            | Operation::Multiply
+            | Operation::Divide
+    )
+}
+
+/// The variables of the nodes. A sum or a product that one other operation needs has none: it is a part of the
+/// expression of that one.
+fn names(program: &Program) -> Vec<Option<String>> {
+    // For each node, the number of its uses, and the one that uses it.
+    let mut uses = vec![(0_usize, 0); program.nodes.len()];
+    let all = program.nodes.iter().enumerate();
+    for (at, operand) in all.flat_map(|(at, node)| node.operands.iter().map(move |of| (at, of))) {
+        if let Operand::Node(of) = operand {
+            uses[*of] = (uses[*of].0 + 1, at);
         }
+    }
+    for operand in program.outputs.iter().chain(&program.locks) {
+        if let Operand::Node(of) = operand {
+            uses[*of].0 += 2;
+        }
+    }
+    let mut lengths = vec![1; program.nodes.len()];
+    let mut count = 0;
+    let mut names = Vec::with_capacity(program.nodes.len());
+    for (at, node) in program.nodes.iter().enumerate() {
+        let (used, user) = uses[at];
+        // Only one side of a choice is computed if both are expressions.
+        let is_part = used == 1
+            && is_arithmetic(&node.operation)
+            && is_arithmetic(&program.nodes[user].operation)
+            && lengths[at] + lengths[user] <= LONGEST;
+        if is_part {
+            lengths[user] += lengths[at];
+            names.push(None);
+        } else {
+            names.push(Some(format!("v{count}")));
+            count += 1;
+        }
+    }
+    names
+}
+
+/// Whether a text is an operand of another operation as it is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Binding {
+    Sum,
+    Product,
+    Sign,
+    Atom,
+}
+
+/// The texts of values, while a formula is printed.
+struct Texts {
+    names: Vec<Option<String>>,
+    /// Those without a variable.
+    parts: Vec<(Binding, String)>,
+}
+
+impl Texts {
+    fn new(program: &Program) -> Self {
+        Self {
+            names: names(program),
+            parts: Vec::with_capacity(program.nodes.len()),
+        }
+    }
+
+    /// An operand, in parentheses where the operation needs them.
+    fn operand(&self, operand: Operand, least: Binding) -> String {
+        match operand {
+            Operand::Constant(bits) => number(bits),
+            Operand::Node(at) => match (&self.names[at], &self.parts[at]) {
+                (Some(name), _) => name.clone(),
+                (None, (binding, text)) if *binding >= least => text.clone(),
+                (None, (_, text)) => format!("({text})"),
+            },
+        }
+    }
+
+    fn operands(&self, node: &Node) -> Vec<String> {
+        let operands = node.operands.iter();
+        operands
+            .map(|of| self.operand(*of, Binding::Atom))
+            .collect()
+    }
+
+    /// A sum, a difference, a product, a quotient or an opposite. They are the same in all languages.
+    fn arithmetic(&self, node: &Node) -> Option<(Binding, String)> {
+        let of = |at: usize, least| self.operand(node.operands[at], least);
+        let two = |sign, binding, above| {
+            let text = format!("{} {sign} {}", of(0, binding), of(1, above));
+            Some((binding, text))
+        };
+        match node.operation {
+            Operation::Negate => Some((Binding::Sign, format!("-{}", of(0, Binding::Atom)))),
+            Operation::Add => two('+', Binding::Sum, Binding::Product),
+            Operation::Subtract => two('-', Binding::Sum, Binding::Product),
+            Operation::Multiply => two('*', Binding::Product, Binding::Sign),
+            Operation::Divide => two('/', Binding::Product, Binding::Sign),
+            _ => None,
+        }
+    }
+
+    /// The variable of the next node, with its value. `None` if it is a part of another expression.
+    fn variable(&mut self, binding: Binding, text: String) -> Option<(String, String)> {
+        let name = self.names[self.parts.len()].clone();
+        let kept = if name.is_none() {
+            (binding, text.clone())
+        } else {
+            (Binding::Atom, String::new())
+        };
+        self.parts.push(kept);
+        name.map(|name| (name, text))
     }
 }
 
-fn operands(node: &Node) -> Vec<String> {
-    node.operands.iter().copied().map(operand).collect()
+/// A number. Negative ones are in parentheses.
+fn number(bits: u64) -> String {
+    let value = f64::from_bits(bits);
+    if value.is_sign_negative() {
+        format!("({value:?})")
+    } else {
+        format!("{value:?}")
+    }
 }

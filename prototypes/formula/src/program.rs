@@ -343,6 +343,16 @@ impl Program {
         &self.outputs
     }
 
+    /// The same operations, with the values at these places of its results.
+    #[must_use]
+    pub fn with_results(&self, order: &[usize]) -> Self {
+        let outputs = order.iter().map(|at| self.outputs[*at]).collect();
+        Self {
+            outputs,
+            ..self.clone()
+        }
+    }
+
     /// Whether all numbers that are known in it are finite.
     pub fn is_finite(&self) -> bool {
         let operands = self.nodes.iter().flat_map(|node| &node.operands);

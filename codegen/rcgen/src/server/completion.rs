@@ -8,6 +8,7 @@ mod keywords;
 mod languages;
 mod markup;
 mod networks;
+mod solvers;
 
 use super::context::Context;
 use super::editor::Editor;
@@ -99,6 +100,7 @@ impl Completion<'_> {
             "toml" => Some(self.in_configuration(&target, cursor)),
             "scxml" | "xml" | "urdf" => self.in_markup(&target, cursor, ending),
             "graph" => graphs::in_graph(self, &target, cursor),
+            "ilk" => solvers::in_ilk(text, cursor),
             _ => self.in_statement(&target, cursor, ending),
         };
         let Some((start, mut items)) = answer else {

@@ -84,6 +84,16 @@ fn solvers_become_models_in_ilk_and_back() {
     let written = succeeds(path, &export);
     assert!(written.contains("models/fk.ilk") && written.contains("models/model-constants.lua"));
     assert_eq!(succeeds(path, &["check", "models"]), "");
+    // What is written is laid out.
+    assert_eq!(succeeds(path, &["fmt", "--check", "models"]), "");
+    let model = path.join("models/fk.ilk");
+    let text_of_model = std::fs::read_to_string(&model).expect("a file");
+    std::fs::write(&model, text_of_model.replace(" = ", "=")).expect("a file");
+    assert!(succeeds(path, &["fmt", "models"]).contains("fk.ilk"));
+    assert_eq!(
+        std::fs::read_to_string(&model).expect("a file"),
+        text_of_model
+    );
     let view = succeeds(path, &["view", "models/fk.ilk"]);
     assert!(view.contains("\"fr_turn\""), "{view}");
     let code = succeeds(

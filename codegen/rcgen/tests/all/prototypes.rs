@@ -168,14 +168,10 @@ fn a_conversion_is_told_printed_or_refused() {
         /// - to[2]: z in m, float64
         #[allow(clippy::all, clippy::pedantic, reason = "generated")]
         pub fn point_to_ros_point(from: &[f64; 3]) -> Option<[f64; 3]> {
-            let v0: f64 = from[0];
-            let v1: f64 = from[1];
-            let v2: f64 = from[2];
-            let v3: f64 = v1 / 1000.0;
-            let v4: f64 = -v0;
-            let v5: f64 = v4 / 1000.0;
-            let v6: f64 = v2 / 1000.0;
-            Some([v3, v5, v6])
+            let v0: f64 = from[1] / 1000.0;
+            let v1: f64 = -from[0] / 1000.0;
+            let v2: f64 = from[2] / 1000.0;
+            Some([v0, v1, v2])
         }
     "#]]
     .assert_eq(&out(&["--to", "rust"]));
@@ -192,16 +188,12 @@ fn a_conversion_is_told_printed_or_refused() {
          * Returns 0, or 1 for numbers that are refused. */
         int point_to_ros_point(const double from[3], double to[3])
         {
-            const double v0 = from[0];
-            const double v1 = from[1];
-            const double v2 = from[2];
-            const double v3 = v1 / 1000.0;
-            const double v4 = -v0;
-            const double v5 = v4 / 1000.0;
-            const double v6 = v2 / 1000.0;
-            to[0] = v3;
-            to[1] = v5;
-            to[2] = v6;
+            const double v0 = from[1] / 1000.0,
+            v1 = -from[0] / 1000.0,
+            v2 = from[2] / 1000.0;
+            to[0] = v0;
+            to[1] = v1;
+            to[2] = v2;
             return 0;
         }
     "]]
@@ -222,14 +214,10 @@ fn a_conversion_is_told_printed_or_refused() {
             """
             if len(values) != 3:
                 raise ValueError("3 values are expected")
-            v0 = float(values[0])
-            v1 = float(values[1])
-            v2 = float(values[2])
-            v3 = v1 / 1000.0
-            v4 = -v0
-            v5 = v4 / 1000.0
-            v6 = v2 / 1000.0
-            return [v3, v5, v6]
+            v0 = float(values[1]) / 1000.0
+            v1 = -float(values[0]) / 1000.0
+            v2 = float(values[2]) / 1000.0
+            return [v0, v1, v2]
     "#]]
     .assert_eq(&out(&["--to", "python"]));
 

@@ -3,7 +3,7 @@ local rcgen
 local offered = vim.lsp.protocol.make_client_capabilities()
 offered.textDocument.publishDiagnostics.codeDescriptionSupport = true
 vim.api.nvim_create_autocmd({ "BufReadPost", "BufNewFile" }, {
-  pattern = { "*.idsl", "*.cdsl", "*.pdsl", "*.smdsl", "*.scxml", "*.ddsl", "*.gdsl", "*.graph", "*.dproto", "*.kdsl", "*.urdf", "*.xml", "*/etc/*.toml", "*/src/*.rs", "*/src/*.py" },
+  pattern = { "*.idsl", "*.cdsl", "*.pdsl", "*.smdsl", "*.scxml", "*.ddsl", "*.gdsl", "*.graph", "*.dproto", "*.kdsl", "*.ilk", "*.urdf", "*.xml", "*/etc/*.toml", "*/src/*.rs", "*/src/*.py" },
   callback = function()
     rcgen = rcgen or vim.lsp.start_client({
       name = "rcgen",

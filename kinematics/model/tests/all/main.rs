@@ -1,5 +1,6 @@
 //! Tests of robots.
 
+mod kdl;
 mod mujoco;
 mod pinocchio;
 mod real;

@@ -1,6 +1,6 @@
 //! C99, with `math.h`.
 
-use super::operands;
+use super::{Binding, Texts};
 use crate::program::{Operation, Program, limits};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
@@ -12,47 +12,62 @@ use std::fmt::Write;
 /// to).
 pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
     let mut out = String::new();
-    for (at, node) in program.nodes.iter().enumerate() {
-        let of = operands(node);
-        let value = match &node.operation {
-            Operation::Input(at) => input(*at),
-            Operation::Negate => format!("-{}", of[0]),
-            Operation::Add => format!("{} + {}", of[0], of[1]),
-            Operation::Subtract => format!("{} - {}", of[0], of[1]),
-            Operation::Multiply => format!("{} * {}", of[0], of[1]),
-            Operation::Divide => format!("{} / {}", of[0], of[1]),
-            Operation::Root => format!("sqrt({})", of[0]),
-            Operation::Floor => format!("floor({})", of[0]),
-            Operation::Nearest => format!("round({})", of[0]),
-            Operation::Sine => format!("sin({})", of[0]),
-            Operation::Cosine => format!("cos({})", of[0]),
-            Operation::Angle => format!("atan2({}, {})", of[0], of[1]),
-            Operation::Length => format!("hypot({}, {})", of[0], of[1]),
-            Operation::IfBelow => format!("{} < {} ? {} : {}", of[0], of[1], of[2], of[3]),
-            Operation::Store(Primitive::F32) => format!("(double)(float){}", of[0]),
-            Operation::Store(number) => match limits(*number) {
-                Some(_) => format!("round({})", of[0]),
-                None => of[0].clone(),
-            },
-            Operation::Require(..) => of[0].clone(),
-            Operation::Call { function, results } => {
-                let _ = writeln!(out, "    double v{at}[{results}];");
-                let _ = writeln!(
-                    out,
-                    "    {function}((const double[]){{{}}}, v{at});",
-                    of.join(", ")
-                );
-                continue;
+    let mut texts = Texts::new(program);
+    // Whether the declaration of the line before goes on.
+    let mut is_open = false;
+    for node in &program.nodes {
+        if let Operation::Call { function, results } = &node.operation {
+            let of = texts.operands(node).join(", ");
+            if let Some((name, _)) = texts.variable(Binding::Atom, String::new()) {
+                out.push_str(if is_open { ";\n" } else { "" });
+                let _ = writeln!(out, "    double {name}[{results}];");
+                let _ = writeln!(out, "    {function}((const double[]){{{of}}}, {name});");
+                is_open = false;
             }
-            Operation::Result(place) => format!("{}[{place}]", of[0]),
+            continue;
+        }
+        let of = texts.operands(node);
+        let (binding, value) = texts.arithmetic(node).unwrap_or_else(|| {
+            let value = match &node.operation {
+                Operation::Input(at) => input(*at),
+                Operation::Root => format!("sqrt({})", of[0]),
+                Operation::Floor => format!("floor({})", of[0]),
+                Operation::Nearest => format!("round({})", of[0]),
+                Operation::Sine => format!("sin({})", of[0]),
+                Operation::Cosine => format!("cos({})", of[0]),
+                Operation::Angle => format!("atan2({}, {})", of[0], of[1]),
+                Operation::Length => format!("hypot({}, {})", of[0], of[1]),
+                Operation::IfBelow => format!("{} < {} ? {} : {}", of[0], of[1], of[2], of[3]),
+                Operation::Store(Primitive::F32) => format!("(double)(float){}", of[0]),
+                Operation::Store(number) if limits(*number).is_some() => {
+                    format!("round({})", of[0])
+                }
+                Operation::Result(place) => format!("{}[{place}]", of[0]),
+                _ => of.first().cloned().unwrap_or_default(),
+            };
+            (Binding::Atom, value)
+        });
+        let Some((name, value)) = texts.variable(binding, value) else {
+            continue;
         };
-        let _ = writeln!(out, "    const double v{at} = {value};");
+        // One declaration for all: types would be a third of the text.
+        out.push_str(if is_open {
+            ",\n    "
+        } else {
+            "    const double "
+        });
+        let _ = write!(out, "{name} = {value}");
+        is_open = true;
         if let Some((least, most)) = node.operation.range() {
             let _ = writeln!(
                 out,
-                "    if (!(v{at} >= {least:?} && v{at} <= {most:?})) return 1;"
+                ";\n    if (!({name} >= {least:?} && {name} <= {most:?})) return 1;"
             );
+            is_open = false;
         }
+    }
+    if is_open {
+        out.push_str(";\n");
     }
     out
 }

@@ -1,6 +1,6 @@
 //! Python, with its standard library.
 
-use super::operands;
+use super::{Binding, Texts};
 use crate::program::{Operand, Operation, Program, limits};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
@@ -67,39 +67,44 @@ fn is_constant(divisor: Operand) -> bool {
 /// the number at a place of the input, a float. The text needs the [`preamble`] before it.
 pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
     let mut body = String::new();
-    for (at, node) in program.nodes.iter().enumerate() {
-        let of = operands(node);
-        let value = match &node.operation {
-            Operation::Input(at) => input(*at),
-            Operation::Negate => format!("-{}", of[0]),
-            Operation::Add => format!("{} + {}", of[0], of[1]),
-            Operation::Subtract => format!("{} - {}", of[0], of[1]),
-            Operation::Multiply => format!("{} * {}", of[0], of[1]),
-            Operation::Divide if is_constant(node.operands[1]) => format!("{} / {}", of[0], of[1]),
-            Operation::Divide => format!("_divide({}, {})", of[0], of[1]),
-            Operation::Root => format!("_root({})", of[0]),
-            Operation::Floor => format!("_floor({})", of[0]),
-            Operation::Nearest => format!("_nearest({})", of[0]),
-            Operation::Sine => format!("_sine({})", of[0]),
-            Operation::Cosine => format!("_cosine({})", of[0]),
-            Operation::Angle => format!("math.atan2({}, {})", of[0], of[1]),
-            Operation::Length => format!("math.hypot({}, {})", of[0], of[1]),
-            Operation::IfBelow => format!("{} if {} < {} else {}", of[2], of[0], of[1], of[3]),
-            Operation::Store(Primitive::F32) => format!("_single({})", of[0]),
-            Operation::Store(number) => match limits(*number) {
-                Some(_) => format!("_nearest({})", of[0]),
-                None => of[0].clone(),
-            },
-            Operation::Require(..) => of[0].clone(),
-            Operation::Call { function, .. } => format!("{function}([{}])", of.join(", ")),
-            Operation::Result(place) => format!("{}[{place}]", of[0]),
+    let mut texts = Texts::new(program);
+    for node in &program.nodes {
+        let of = texts.operands(node);
+        let is_guarded = node.operation == Operation::Divide && !is_constant(node.operands[1]);
+        let plain = texts.arithmetic(node).filter(|_| !is_guarded);
+        let (binding, value) = plain.unwrap_or_else(|| {
+            let value = match &node.operation {
+                Operation::Input(at) => input(*at),
+                Operation::Divide => format!("_divide({}, {})", of[0], of[1]),
+                Operation::Root => format!("_root({})", of[0]),
+                Operation::Floor => format!("_floor({})", of[0]),
+                Operation::Nearest => format!("_nearest({})", of[0]),
+                Operation::Sine => format!("_sine({})", of[0]),
+                Operation::Cosine => format!("_cosine({})", of[0]),
+                Operation::Angle => format!("math.atan2({}, {})", of[0], of[1]),
+                Operation::Length => format!("math.hypot({}, {})", of[0], of[1]),
+                Operation::IfBelow => {
+                    format!("{} if {} < {} else {}", of[2], of[0], of[1], of[3])
+                }
+                Operation::Store(Primitive::F32) => format!("_single({})", of[0]),
+                Operation::Store(number) if limits(*number).is_some() => {
+                    format!("_nearest({})", of[0])
+                }
+                Operation::Call { function, .. } => format!("{function}([{}])", of.join(", ")),
+                Operation::Result(place) => format!("{}[{place}]", of[0]),
+                _ => of.first().cloned().unwrap_or_default(),
+            };
+            (Binding::Atom, value)
+        });
+        let Some((name, value)) = texts.variable(binding, value) else {
+            continue;
         };
-        let _ = writeln!(body, "    v{at} = {value}");
+        let _ = writeln!(body, "    {name} = {value}");
         if let Some((least, most)) = node.operation.range() {
-            let _ = writeln!(body, "    if not {least:?} <= v{at} <= {most:?}:");
+            let _ = writeln!(body, "    if not {least:?} <= {name} <= {most:?}:");
             let _ = writeln!(
                 body,
-                "        raise ValueError(f\"{{v{at}}} is not from {least:?} to {most:?}\")"
+                "        raise ValueError(f\"{{{name}}} is not from {least:?} to {most:?}\")"
             );
         }
     }

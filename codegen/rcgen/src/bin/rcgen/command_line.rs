@@ -93,7 +93,7 @@ pub(crate) enum Command {
         /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .ilk, .urdf, .graph files,
         /// .json files of DSR, .xml files of InnerModel, .toml files in a component's etc/, and
         /// folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Accepts files as RoboComp does: an operation that returns a value is allowed under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -108,7 +108,7 @@ pub(crate) enum Command {
     /// Fixes files, and checks them again: does what can only be meant, such as a missing `;`.
     Fix {
         /// Files and folders, as `check` takes them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "urdf", "graph", "json", "xml", "toml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Also takes near names, and adds missing imports and connections.
         #[arg(long)]
@@ -127,7 +127,7 @@ pub(crate) enum Command {
     /// error stays as it is.
     Fmt {
         /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "graph", "xml"]))]
+        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "graph", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, exits with 1 if there is one, and writes
         /// nothing.
@@ -168,7 +168,7 @@ pub(crate) enum Command {
         /// rcgen. To ros2 also a component, as a package that `ros2 run` and launch files start.
         /// To urdf and gltf an InnerModel file, to dsr, graphml, turtle and graph a graph, to
         /// rust, c, cpp, python, ctypes and ilk the solvers of a robot.
-        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl"]))]
+        #[arg(value_name = "FILE.idsl|FILE.cdsl|FILE.xml|FILE.graph|FILE.json|FILE.kdsl|FILE.ilk", add = files(&["idsl", "cdsl", "xml", "graph", "json", "kdsl", "ilk"]))]
         file: PathBuf,
         /// What to write: dds (OMG IDL 4.2), ros2 (packages), urdf, gltf (a scene as .glb), dsr
         /// (JSON), graphml, turtle (RDF, with the schema as SHACL), graph (the part of a domain); rust, c,
@@ -368,7 +368,7 @@ pub(crate) enum Command {
     /// generated.
     View {
         /// The component, the prototypes, the solvers, the graph (.json is one of DSR), or the schema.
-        #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl|FILE.graph|FILE.json|FILE.gdsl", add = files(&["cdsl", "dproto", "kdsl", "graph", "json", "gdsl"]))]
+        #[arg(value_name = "FILE.cdsl|FILE.dproto|FILE.kdsl|FILE.ilk|FILE.graph|FILE.json|FILE.gdsl", add = files(&["cdsl", "dproto", "kdsl", "ilk", "graph", "json", "gdsl"]))]
         file: PathBuf,
         #[command(flatten)]
         common: Common,

@@ -129,7 +129,9 @@ impl Completion<'_> {
         match (around.as_slice(), word.as_str()) {
             ([], "") => table(""),
             (["kinematics"], "") => table("kinematics"),
-            (["kinematics"], "math") => table("math"),
+            (["kinematics"], "math" | "scalars" | "lengths" | "matrices" | "frames") => {
+                table(&word)
+            }
             (["kinematics"], "fixed" | "planar" | "floating") => match context.statement.len() {
                 1 | 3 => self.of_robot(target, false),
                 4 => only("at"),

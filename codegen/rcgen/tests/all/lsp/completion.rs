@@ -234,6 +234,7 @@ fn schemas_prototypes_and_solvers_are_completed() {
         ("home.gdsl", "import \"at.dproto\";\n\nDomain home\n{\n    entity Room { name string; };\n    relation within { inner Room; };\n};\n".to_owned()),
         ("at.dproto", "import \"cartesian.dproto\";\n\naxes room :: right, ahead, up\n\ndproto at :: geometry\n{\n    semantic = Position\n    coord = cartesian\n}\n".to_owned()),
         ("arm.kdsl", "import \"arm.urdf\";\n\nKinematics arm\n{\n    posture home { };\n    solver fk { pose wrist in base; };\n};\n".to_owned()),
+        ("fk.ilk", "return {\n    joints = { turn = { kind = 'revolute', coordinate = 0 } },\n    poses = { joint = { a__b = { joint = 'turn', dir = 'a_x_b' } } },\n    ops = {},\n}\n".to_owned()),
     ];
     for (file, text) in &files {
         std::fs::write(session.editor.folder.join(file), text).expect("a file");
@@ -259,6 +260,14 @@ fn schemas_prototypes_and_solvers_are_completed() {
         ("arm.kdsl", "pose wrist in base;", "pose ▮"),
         ("arm.kdsl", "pose wrist in base;", "pose wrist in ▮"),
         ("arm.kdsl", "pose wrist in base;", "null posture ▮"),
+        ("fk.ilk", "    ops", "    ▮"),
+        ("fk.ilk", "ops = {}", "ops = { { op = '▮"),
+        (
+            "fk.ilk",
+            "ops = {}",
+            "ops = { { op = 'pose-compose', arg1 = 'a▮",
+        ),
+        ("fk.ilk", "joint = 'turn'", "joint = '▮'"),
     ] {
         session.completes(file, old, new);
     }

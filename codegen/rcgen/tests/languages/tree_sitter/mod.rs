@@ -43,7 +43,7 @@ fn conflicts(language: &str) -> &'static [&'static [&'static str]] {
             &["require"],
         ],
         "kdsl" => &[
-            &["math"],
+            &["grounding"],
             &["ring"],
             &["posture"],
             &["solver"],

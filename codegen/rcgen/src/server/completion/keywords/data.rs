@@ -3,7 +3,7 @@
 use super::Keyword;
 
 /// The keywords by language and place: the first word of the block, or of the statement.
-pub(crate) const DATA: [(&str, &str, &[Keyword]); 21] = [
+pub(crate) const DATA: [(&str, &str, &[Keyword]); 25] = [
     (
         "gdsl",
         "",
@@ -108,6 +108,16 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 21] = [
             ("solver", "Functions that are computed together."),
             ("posture", "Positions of joints, by name."),
             ("math", "The functions of the code: `math libm;`"),
+            ("scalars", "The type of numbers in the code: `scalars f32;`"),
+            ("lengths", "The unit of lengths in the code: `lengths mm;`"),
+            (
+                "matrices",
+                "The order of numbers in the code: `matrices column_major;`",
+            ),
+            (
+                "frames",
+                "The axes of all frames in the code: `frames robocomp;`",
+            ),
             (
                 "fixed",
                 "A robot stands on a frame: `fixed left.base in floor;`",
@@ -128,6 +138,40 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 21] = [
         &[
             ("std", "Those of the standard library."),
             ("libm", "Those of libm, equal on each machine."),
+        ],
+    ),
+    (
+        "kdsl",
+        "scalars",
+        &[
+            ("f64", "Numbers of 64 bits."),
+            ("f32", "Numbers of 32 bits, not for searches and loops."),
+        ],
+    ),
+    (
+        "kdsl",
+        "lengths",
+        &[
+            ("m", "Metres, as in a URDF."),
+            ("mm", "Millimetres, for motions only."),
+        ],
+    ),
+    (
+        "kdsl",
+        "matrices",
+        &[
+            ("row_major", "One row after the other."),
+            ("column_major", "One column after the other."),
+        ],
+    ),
+    (
+        "kdsl",
+        "frames",
+        &[
+            ("ros", "x ahead, y left, z up, as in a URDF."),
+            ("ros_optical", "x right, y down, z ahead."),
+            ("robocomp", "x right, y ahead, z up."),
+            ("innermodel", "x right, y up, z ahead: left-handed."),
         ],
     ),
     (

@@ -1,0 +1,117 @@
+//! Resolves the choices of printed code: functions, types, units, layouts and axes.
+
+use super::Resolver;
+use crate::ast::{self, Choice, Math, OutputKind, Subject};
+use crate::cell::Choices;
+use rc_diagnostics::{Diagnostic, Diagnostics, Span};
+use rc_formula::{Operand, Program};
+use rc_quantity::Axes;
+
+/// The words of each subject, the usual one first.
+fn words(subject: Subject) -> &'static [&'static str] {
+    match subject {
+        Subject::Math => &["std", "libm"],
+        Subject::Scalars => &["f64", "f32"],
+        Subject::Lengths => &["m", "mm"],
+        Subject::Matrices => &["row_major", "column_major"],
+        Subject::Frames => &["ros", "ros_optical", "robocomp", "innermodel"],
+    }
+}
+
+/// The choices of a text.
+pub(super) fn choices(chosen: &[Choice], found: &mut Diagnostics) -> Choices {
+    let mut choices = Choices::default();
+    let mut known: Vec<(Subject, Span)> = Vec::new();
+    for Choice {
+        span,
+        subject,
+        word,
+    } in chosen
+    {
+        if let Some((_, first)) = known.iter().find(|(other, _)| other == subject) {
+            let message = format!("`{}` occurs twice", subject.word());
+            let error = Diagnostic::error("duplicate-name", *span, message);
+            found.push(error.label(*first, "first declared here"));
+            continue;
+        }
+        known.push((*subject, *span));
+        let words = words(*subject);
+        if !words.contains(&word.text.as_str()) {
+            let message = format!("`{}` has no choice `{}`", subject.word(), word.text);
+            let error = Diagnostic::error("bad-value", word.span, message);
+            found.push(error.suggest(&word.text, words.iter().copied()));
+            continue;
+        }
+        match word.text.as_str() {
+            "libm" => choices.math = Math::Libm,
+            "f32" => choices.is_single = true,
+            "mm" => choices.grounding.metre = 1000.0,
+            "column_major" => choices.by_columns = true,
+            "ros_optical" => choices.grounding.axes = Axes::ROS_OPTICAL,
+            "robocomp" => choices.grounding.axes = Axes::ROBOCOMP,
+            "innermodel" => choices.grounding.axes = Axes::INNER_MODEL,
+            _ => {}
+        }
+    }
+    choices
+}
+
+impl Choices {
+    /// The unit of lengths.
+    pub(crate) fn length(&self) -> &'static str {
+        if self.grounding.metre > 1.0 {
+            "mm"
+        } else {
+            "m"
+        }
+    }
+}
+
+impl Resolver<'_> {
+    /// Outputs that have no meaning, or no digits, with the choices of the file.
+    pub(super) fn is_chosen(&mut self, output: &ast::Output) -> bool {
+        let of_masses = matches!(
+            output.kind,
+            OutputKind::Efforts
+                | OutputKind::MassMatrix
+                | OutputKind::Accelerations
+                | OutputKind::LoopForces
+        );
+        if of_masses && self.choices.length() == "mm" {
+            let message = "forces and masses are computed in metres, not with `lengths mm`";
+            let error = Diagnostic::error("bad-value", output.span, message.to_owned());
+            self.found
+                .push(error.help("write them in a file of their own"));
+            return false;
+        }
+        let of_loops = matches!(
+            output.kind,
+            OutputKind::ClosedPositions | OutputKind::ClosedVelocities | OutputKind::LoopForces
+        );
+        let closes = output.kind == OutputKind::Accelerations && !self.loops.is_empty();
+        self.has_digits(output.span, of_loops || closes, "loops are closed")
+    }
+
+    /// Whether numbers of 32 bits are enough.
+    pub(super) fn has_digits(&mut self, span: Span, needs: bool, what: &str) -> bool {
+        if needs && self.choices.is_single {
+            let message = format!("{what} with f64 only, not with `scalars f32`");
+            let error = Diagnostic::error("bad-value", span, message);
+            self.found.push(error.help("write it in a file of its own"));
+            return false;
+        }
+        true
+    }
+
+    /// Whether the constants of a program are numbers of the type of the file.
+    pub(super) fn fits(&self, program: &Program) -> bool {
+        let nodes = program.nodes().iter().flat_map(|node| &node.operands);
+        let mut all = nodes.chain(program.results());
+        program.is_finite()
+            && (!self.choices.is_single
+                || all.all(|operand| match operand {
+                    Operand::Constant(bits) => f64::from_bits(*bits).abs() <= f64::from(f32::MAX),
+                    Operand::Node(_) => true,
+                }))
+    }
+}
