@@ -28,6 +28,26 @@ pub(super) fn laid_out(cell: &Cell) -> Cell {
     cell
 }
 
+/// The rows of the argument `target`, if it has columns.
+pub(super) fn rows_in_rust(cell: &Cell) -> &'static str {
+    if cell.choices.by_columns {
+        "    let rows: [[f64; 4]; 4] = core::array::from_fn(|row| core::array::from_fn(|column| target[column][row]));\n    \
+        let target = &rows;\n"
+    } else {
+        ""
+    }
+}
+
+/// The rows of the argument `target`, if it has columns.
+pub(super) fn rows_in_c(cell: &Cell) -> &'static str {
+    if cell.choices.by_columns {
+        "    double rows[4][4];\n    for (int at = 0; at < 16; at++)\n        rows[at / 4][at % 4] = target[at % 4][at / 4];\n    \
+        target = rows;\n"
+    } else {
+        ""
+    }
+}
+
 /// Functions of `math.h` with a name of their own for numbers of 32 bits, and of the crate `libm`.
 const FUNCTIONS: [&str; 7] = ["sin", "cos", "sqrt", "atan2", "floor", "round", "hypot"];
 

@@ -1,6 +1,6 @@
 //! Prints inverse solvers: the motion as straight lines, and the loops over it.
 
-use super::closed;
+use super::{choices, closed};
 use crate::cell::Cell;
 use crate::inverse::{Inverse, Question, RateLimits, Rates};
 use crate::names::type_name;
@@ -182,12 +182,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
             };
             let endless: Vec<String> = search.endless.iter().map(bool::to_string).collect();
             let first = beginning(inverse, search);
-            let rows = if cell.choices.by_columns {
-                "    let rows: [[f64; 4]; 4] = core::array::from_fn(|row| core::array::from_fn(|column| target[column][row]));\n    \
-                let target = &rows;\n"
-            } else {
-                ""
-            };
+            let rows = choices::rows_in_rust(cell);
             let _ = write!(
                 out,
                 "///\n/// `target`: {}{}\n\
@@ -355,12 +350,7 @@ pub(super) fn c(cell: &Cell, inverse: &Inverse) -> String {
             };
             let endless = search.endless.iter().map(|is| if *is { "1" } else { "0" });
             let endless = endless.collect::<Vec<_>>().join(", ");
-            let rows = if cell.choices.by_columns {
-                "    double rows[4][4];\n    for (int at = 0; at < 16; at++)\n        rows[at / 4][at % 4] = target[at % 4][at / 4];\n    \
-                target = rows;\n"
-            } else {
-                ""
-            };
+            let rows = choices::rows_in_c(cell);
             // A list of C is not empty.
             let (declared, called) = closed::c_call(prefix, inverse, search);
             let starts = match search.starts.as_slice() {
