@@ -201,6 +201,30 @@ fn the_ring_keeps_the_newest_and_counts_the_others() {
     assert!(!notes.is_on() && notes.shared.take().0.is_empty());
 }
 
+#[test]
+fn notes_wait_for_a_supervisor_that_asks_again_and_not_for_another_request() {
+    let pairs = vec![pair(Way::Handler)];
+    let (notes, senders) = notes(pairs.clone());
+    let handle = |number: u64| {
+        notes.sample(1, 0, &header(number, 1), || &[]);
+        notes.handled();
+    };
+    handle(1);
+    assert_eq!(notes.shared.follow(pairs), senders);
+    handle(2);
+    let inputs = |notes: &HopNotes| -> Vec<u32> {
+        taken(notes).iter().map(|(_, input, ..)| *input).collect()
+    };
+    assert_eq!(inputs(&notes), [1, 2]);
+    handle(3);
+    notes.shared.follow(vec![FollowedPair {
+        output: None,
+        ..pair(Way::Handler)
+    }]);
+    handle(4);
+    assert_eq!(inputs(&notes), [4]);
+}
+
 /// A message is noted with its stamp, as input and as what begins, in place of the time in its header.
 #[test]
 fn stamps_take_the_place_of_times() {

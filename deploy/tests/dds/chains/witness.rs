@@ -177,9 +177,6 @@ impl<'s> Witness<'s> {
             witnessed += usize::from(longest > self.within);
             let Some(message) = self.messages.get(&number) else {
                 unfollowed += 1;
-                if is_late {
-                    missed.push((number, shortest, None));
-                }
                 continue;
             };
             if message.took > longest + limit || message.took < shortest - limit {
@@ -191,7 +188,7 @@ impl<'s> Witness<'s> {
             if message.is_late && longest <= self.within {
                 alarms.push((number, longest, *message));
             } else if !message.is_late && is_late {
-                missed.push((number, shortest, Some(*message)));
+                missed.push((number, shortest, *message));
             }
         }
         apart.sort_by(f64::total_cmp);
@@ -210,6 +207,12 @@ impl<'s> Witness<'s> {
         assert!(wrong.is_empty(), "shortest, longest, measured: {wrong:?}");
         assert!(alarms.is_empty(), "false alarms: {alarms:?}");
         assert!(missed.is_empty(), "late without a report: {missed:?}");
+        // On a busy computer, a component may not answer the supervisor for a second.
+        assert!(
+            unfollowed <= self.messages.len() / 100,
+            "{unfollowed} of {}",
+            self.messages.len()
+        );
         self.events_are_true(&last);
     }
 
