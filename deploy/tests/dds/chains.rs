@@ -1,7 +1,7 @@
-//! A chain over five components that call each other, over each middleware. Over DDS and ROS 2, three of
-//! them are on another host, whose clock is two seconds ahead. Each message takes as long as its
-//! components note, and none is reported that was not late. Then something is slow, stands still, or is
-//! started again, and the right component is named.
+//! A chain over five components that call each other, over each middleware. Over DDS and ROS 2,
+//! three of them are on another host, whose clock is two seconds ahead. Each message takes as long
+//! as its components note, and none is reported that was not late. Then something is slow, stands
+//! still, or is started again, and the right component is named.
 
 mod witness;
 
@@ -270,8 +270,8 @@ fn a_chain_over_two_hosts_is_measured_over_ros2() {
     runs("a_chain_over_two_hosts_is_measured_over_ros2", &run);
 }
 
-/// Ten minutes of each middleware without a false alarm, then 50 ms at one component. `RC_CHAIN_SECONDS`:
-/// of each one; `RC_CHAIN_OVER`: over this one alone.
+/// Ten minutes of each middleware without a false alarm, then 50 ms at one component.
+/// `RC_CHAIN_SECONDS`: of each one; `RC_CHAIN_OVER`: over this one alone.
 #[test]
 #[ignore = "`cargo xtask soak chains` runs it: half an hour"]
 fn ten_minutes_without_a_false_alarm() {

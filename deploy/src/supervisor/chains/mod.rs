@@ -1,7 +1,8 @@
 //! The chains of a network: the supervisor takes what components note of their messages, joins it,
 //! and reports messages that are late, old, or do not come.
 //!
-//! A thread asks the components four times a second, another one notes when the machine stood still. The supervisor's loop takes what has changed.
+//! A thread asks the components four times a second, another one notes when the machine stood
+//! still. The supervisor's loop takes what has changed.
 
 mod actions;
 mod collector;

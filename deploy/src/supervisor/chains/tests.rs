@@ -446,8 +446,8 @@ fn many_messages_are_followed_in_part_and_none_counts_as_lost() {
     assert!(status.hops.iter().all(|hop| hop.lost == 0), "{status:?}");
 }
 
-/// 100,000 messages a second. Each component keeps the newest ones until it is asked, so that the records
-/// of two components may have no message in common. Nothing is late, lost or broken by that.
+/// 100,000 messages a second. Each component keeps the newest ones until it is asked, so that the
+/// records of two components may have no message in common. Nothing is late, lost or broken by that.
 #[test]
 fn a_hundred_thousand_messages_a_second_are_no_fault() {
     const PERIOD: u64 = SECOND / 100_000;

@@ -1,9 +1,9 @@
 //! The times of a chain as its components note them, beside those of `rcdeploy chains`.
 //!
 //! Each component writes down when its call or its handler began and ended, by the clock that all
-//! processes of this computer share. The first component calls, and all handlers run within its call.
-//! So a message takes at most as long as the call, and at least from the beginning of the first
-//! handler to the end of the last one.
+//! processes of this computer share. The first component calls, and all handlers run within its
+//! call. So a message takes at most as long as the call, and at least from the beginning of the
+//! first handler to the end of the last one.
 
 use super::{chain, events};
 use rc_test_site::site::Site;
@@ -221,7 +221,8 @@ impl<'s> Witness<'s> {
         late.copied().collect()
     }
 
-    /// Each report is that of a late message, and there is one for late messages that follow each other.
+    /// Each report is that of a late message, and there is one for late messages that follow each
+    /// other.
     fn events_are_true(&self, last: &[Span]) {
         let late = self.late();
         let times: Vec<f64> = late.iter().map(|late| late.began + late.took).collect();

@@ -4,8 +4,8 @@ use super::*;
 use rc_deploy_network::planned_chain::PlannedOutside;
 use rc_vocabulary::{Stamp, StampOf};
 
-/// What c0 sends reaches c1 through a program outside, which copies stamps or not. Each message is the
-/// time when it is sent, in ms, and the stamps that c0 sends and c1 receives.
+/// What c0 sends reaches c1 through a program outside, which copies stamps or not. Each message is
+/// the time when it is sent, in ms, and the stamps that c0 sends and c1 receives.
 fn through_outside(messages: &[(u64, u64, u64)]) -> (ChainStatus, Vec<Change>) {
     let mut plan = plan();
     let stamp = Stamp {
@@ -111,7 +111,8 @@ fn a_program_outside_that_stamps_anew_is_found() {
     assert_eq!(through_outside(&others).0.hops[0].restamped, 0);
 }
 
-/// Messages whose stamps nobody sets are not taken for each other, and the chain says who sets none.
+/// Messages whose stamps nobody sets are not taken for each other, and the chain says who sets
+/// none.
 #[test]
 fn stamps_that_are_not_set_break_the_chain() {
     let broken = |stamp: u64, copied: u64| {
