@@ -155,6 +155,10 @@ fn serve(server: &mut dyn Server, ends: &AtomicBool, dies: &AtomicBool, idle: &A
                 return;
             }
             idle.fetch_or(!woken, Ordering::Relaxed);
+            if !woken {
+                // The request that comes now waits.
+                continue;
+            }
         }
         server.acknowledge(woken);
         while server.serve(&mut answer).expect("to serve") {}
