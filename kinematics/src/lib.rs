@@ -14,6 +14,7 @@ mod parse;
 mod print;
 mod resolve;
 mod search;
+mod sets;
 mod work;
 
 pub use cell::{Asked, Cell, Choices, Output, PAYLOAD, Payload, Shape, Solver};

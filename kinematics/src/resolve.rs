@@ -3,6 +3,7 @@
 mod cells;
 mod grounding;
 mod inverse;
+mod tree;
 
 use crate::ast::{self, MotionPart, OutputKind, Quantity};
 use crate::cell::{

@@ -46,7 +46,8 @@ impl Grounding {
         }
     }
 
-    /// A robot with the axes of a URDF along these ones. Torques and forces stay as they are along joints if the unit is a metre.
+    /// A robot with the axes of a URDF along these ones. Torques and forces of joints stay as they
+    /// are if the unit is a metre.
     #[must_use]
     pub fn of(&self, robot: &Robot) -> Robot {
         let mut robot = robot.clone();

@@ -3,7 +3,8 @@
 use crate::ast::Math;
 use crate::cell::{Cell, Shape};
 
-/// The cell whose matrices have the numbers of its own by columns, if that is chosen: columns are printed as rows.
+/// The cell whose matrices have the numbers of its own by columns, if that is chosen: columns are
+/// printed as rows.
 pub(super) fn laid_out(cell: &Cell) -> Cell {
     let mut cell = cell.clone();
     if !cell.choices.by_columns {

@@ -1,6 +1,6 @@
 //! Resolves the robots of a cell: how they are held, and which frames stay together.
 
-use super::Resolver;
+use super::{Resolver, tree};
 use crate::ast::{self, OutputKind};
 use crate::cell::{OfLoops, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -10,6 +10,7 @@ use rc_robot::loops::Loop;
 use rc_robot::{Mount, Refused, Robot};
 use rc_syntax::Loader;
 use std::collections::HashMap;
+use std::path::Path;
 
 /// Reads the robots that a text imports. `None` if one of them is wrong.
 pub(super) fn robots(
@@ -31,10 +32,14 @@ pub(super) fn robots(
     let (mut cell, mut titles) = (Robot::default(), Vec::new());
     let (mut unnamed, mut is_wrong) = (None, false);
     for import in &file.imports {
-        let given = match loader.find(&from, &import.file.text, "urdf") {
+        let wanted = import.file.text.as_str();
+        let endings = ["xml", "yaml", "yml"];
+        let ending = Path::new(wanted).extension().and_then(|own| own.to_str());
+        let ending = ending.filter(|own| endings.contains(own)).unwrap_or("urdf");
+        let given = match loader.find(&from, wanted, ending) {
             Ok(given) => given,
             Err(missing) => {
-                found.push(missing.diagnostic(&import.file.text, "urdf", import.file.span));
+                found.push(missing.diagnostic(wanted, ending, import.file.span));
                 is_wrong = true;
                 continue;
             }
@@ -63,7 +68,11 @@ pub(super) fn robots(
         }
         let robot = read.entry(identity).or_insert_with(|| {
             let source = sources.add(given.path, given.text);
-            let (robot, of_robot) = rc_robot::read(sources, source);
+            let (robot, of_robot) = match ending {
+                "xml" => tree::read(sources, loader, source),
+                "yaml" | "yml" => crate::sets::read(sources, loader, source),
+                _ => rc_robot::read(sources, source),
+            };
             is_wrong |= of_robot.has_errors();
             found.extend(of_robot);
             robot

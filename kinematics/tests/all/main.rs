@@ -14,7 +14,9 @@ mod ilk;
 mod interpreted;
 mod inverse;
 mod printed;
+mod sets;
 mod straight;
+mod trees;
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_kinematics::Cell;

@@ -137,7 +137,10 @@ fn set(from: &str, to: &str) -> (Option<Cell>, String) {
         "inertia.yaml",
         "limits.yaml",
     ];
-    let files: Vec<(&str, &str)> = names.into_iter().zip(all.iter().map(String::as_str)).collect();
+    let files: Vec<(&str, &str)> = names
+        .into_iter()
+        .zip(all.iter().map(String::as_str))
+        .collect();
     read("crane.yaml", &files)
 }
 
@@ -156,7 +159,11 @@ fn a_set_moves_as_its_urdf() {
             velocities: vec![0.4, -0.3, 1.2],
             accelerations: vec![1.0, 0.2, -0.5],
         };
-        let run = |cell: &Cell| cell.solvers[0].run(&state, &[0.0; 3], &[]).expect("numbers");
+        let run = |cell: &Cell| {
+            cell.solvers[0]
+                .run(&state, &[0.0; 3], &[])
+                .expect("numbers")
+        };
         for (one, two) in run(&own).iter().zip(run(&other)) {
             assert!((one - two).abs() < 1e-12 * (1.0 + two.abs()), "{one} {two}");
         }
@@ -173,32 +180,79 @@ fn a_set_moves_as_its_urdf() {
 #[test]
 fn wrong_sets_are_told_at_their_places() {
     for (from, to, what) in [
-        ("kind: prismatic", "kind: screw", "connect.yaml:13:11: error[bad-value]: expected `revolute`"),
+        (
+            "kind: prismatic",
+            "kind: screw",
+            "connect.yaml:13:11: error[bad-value]: expected `revolute`",
+        ),
         ("link1: hook", "link1: hok", "did you mean `hook`?"),
         ("joint: swing", "joint: swng", "did you mean `swing`?"),
-        ("link1: hook\n    link2: slide", "link1: mast\n    link2: slide", "closes a loop"),
-        ("amount: PI/2", "amount: tau/4", "geometry.yaml:15:17: error[bad-value]: expected a number up to 1e9"),
-        ("amount: 0.3", "amount: 1e300", "expected a number up to 1e9"),
+        (
+            "link1: hook\n    link2: slide",
+            "link1: mast\n    link2: slide",
+            "closes a loop",
+        ),
+        (
+            "amount: PI/2",
+            "amount: tau/4",
+            "geometry.yaml:15:17: error[bad-value]: expected a number up to 1e9",
+        ),
+        (
+            "amount: 0.3",
+            "amount: 1e300",
+            "expected a number up to 1e9",
+        ),
         ("kind: trx", "kind: trq", "expected `trx`"),
-        ("reference: slide", "reference: hook", "has no pose of the joint `swing` in `slide`"),
-        ("reference: hook", "reference: hok", "is no frame of a link `hok`"),
-        ("currentFrame", "myFrame", "expected `currentFrame` or `fixedFrame`"),
-        ("frame: mast", "frame: hook", "masses are read in the frame `mast`"),
+        (
+            "reference: slide",
+            "reference: hook",
+            "has no pose of the joint `swing` in `slide`",
+        ),
+        (
+            "reference: hook",
+            "reference: hok",
+            "is no frame of a link `hok`",
+        ),
+        (
+            "currentFrame",
+            "myFrame",
+            "expected `currentFrame` or `fixedFrame`",
+        ),
+        (
+            "frame: mast",
+            "frame: hook",
+            "masses are read in the frame `mast`",
+        ),
         ("mass: 0.5", "maas: 0.5", "`mass` is missing"),
+        ("    reach:\n", "    rech:\n", "did you mean `reach`?"),
         ("upper_pos: 0.8", "upper_pos: -0.8", "error["),
-        ("geometry: geometry.yaml", "geometry: no.yaml", "cannot find `no.yaml`"),
+        (
+            "geometry: geometry.yaml",
+            "geometry: no.yaml",
+            "cannot find `no.yaml`",
+        ),
         ("geometry: geometry.yaml", "", "`geometry` is missing"),
         ("  base: 0", "  base: 7", "no link has the number 0"),
-        ("robot: crane\n\n", "robot: {a: b}\n", "nothing else of YAML"),
+        (
+            "robot: crane\n\n",
+            "robot: {a: b}\n",
+            "nothing else of YAML",
+        ),
         ("robot: crane\n\n", "robot: 'crane\n", "ends on its line"),
         ("    kind: revolute", "   kind: revolute", "indented unlike"),
-        ("    kind: revolute", "\tkind: revolute", "indented by spaces"),
+        (
+            "    kind: revolute",
+            "\tkind: revolute",
+            "indented by spaces",
+        ),
         ("numbering:", "geometry: x\nnumbering:", "occurs twice"),
     ] {
         let (_, found) = set(from, to);
         assert!(found.contains(what), "{from} -> {to}: {found}");
     }
-    let deep: String = (0..200).map(|at| format!("{}a:\n", " ".repeat(at))).collect();
+    let deep: String = (0..200)
+        .map(|at| format!("{}a:\n", " ".repeat(at)))
+        .collect();
     let (_, found) = read("deep.yaml", &[("deep.yaml", &deep)]);
     assert!(found.contains("too deep"), "{found}");
     let (_, found) = read("empty.yaml", &[("empty.yaml", "# nothing\n")]);

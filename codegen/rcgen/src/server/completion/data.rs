@@ -113,7 +113,7 @@ impl Completion<'_> {
         let (word, last) = (context.word(), context.last());
         if let Some(string) = context.string {
             return match word.as_str() {
-                "import" => self.paths(target, string, &["urdf"]),
+                "import" => self.paths(target, string, &["urdf", "xml", "yaml"]),
                 _ => Vec::new(),
             };
         }
