@@ -27,8 +27,8 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The tests of real robots, with 1,000 states of each of 13 of them, 10,000 poses of each of four arms, and 10,000 steps of a
-/// linkage.
+/// The tests of real robots, with 1,000 states of each of 13 of them, 10,000 poses of each of four arms, 10,000 steps of a linkage, and
+/// a million cycles of 1 kHz.
 pub(crate) fn soak() -> Result<(), Failure> {
     for (words, name, count) in [
         (
@@ -50,6 +50,11 @@ pub(crate) fn soak() -> Result<(), Failure> {
             "test -p rc-kinematics --test all four_bar",
             "KINEMATICS_STEPS",
             Some("10000"),
+        ),
+        (
+            "test -p rc-kinematics --test all cycles:: -- --nocapture",
+            "KINEMATICS_CYCLES",
+            Some("1000000"),
         ),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
