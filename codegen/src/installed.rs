@@ -8,6 +8,7 @@
 //! PREFIX/components/NAME/etc            the configuration
 //! PREFIX/components/NAME/bin/NAME       the program
 //! PREFIX/components/networks            networks of installed components
+//! PREFIX/lib                            the library of components in C++
 //! PREFIX/wheels                         the framework for environments of Python
 //! ```
 
@@ -29,6 +30,9 @@ pub const INTERFACES: &str = "interfaces";
 const NETWORKS: &str = "networks";
 /// The folder of wheels.
 const WHEELS: &str = "wheels";
+/// The folder of the library of components in C++. Their programs name it relative to their own
+/// folder (`cpp/cmake/robocompConfig.cmake`).
+pub const LIBRARIES: &str = "lib";
 /// The folder of programs, of the prefix and of each component.
 pub const PROGRAMS: &str = "bin";
 

@@ -52,14 +52,23 @@ endif()
 # The program `program` of the component whose CMakeLists.txt includes generated/component.cmake.
 # ROBOCOMP_PROGRAMS is the folder that it is built into, ROBOCOMP_PROGRAM another name for it;
 # `rcdeploy up --build` sets both.
+#
+# An installed program finds the library in `lib` of its prefix: PREFIX/components/NAME/bin/NAME. Packages set
+# ROBOCOMP_FOLDER, the folder in which the component will be, and CMAKE_BUILD_WITH_INSTALL_RPATH.
 function(robocomp_component name program)
+  set(folder "${CMAKE_CURRENT_SOURCE_DIR}")
+  if(ROBOCOMP_FOLDER)
+    set(folder "${ROBOCOMP_FOLDER}")
+  endif()
   add_executable(${name} generated/main.cpp generated/description.cpp generated/component.cpp)
   set_source_files_properties(generated/description.cpp PROPERTIES COMPILE_DEFINITIONS
-    "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${CMAKE_CURRENT_SOURCE_DIR})rc_path\"")
+    "ROBOCOMP_COMPONENT_FOLDER=R\"rc_path(${folder})rc_path\"")
   target_include_directories(${name} PRIVATE generated src)
   target_link_libraries(${name} PRIVATE robocomp::robocomp)
   set_target_properties(${name} PROPERTIES
     CXX_EXTENSIONS OFF
+    BUILD_RPATH "$ORIGIN/../../../lib"
+    INSTALL_RPATH "$ORIGIN/../../../lib"
     ENABLE_EXPORTS ON  # names of functions in the report of a crash
     OUTPUT_NAME "${program}")
   if(ROBOCOMP_PROGRAM)

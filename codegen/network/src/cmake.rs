@@ -20,7 +20,7 @@ use std::process::{Command, Stdio};
 /// The crate of the library, its folder in the framework, and its file.
 pub(crate) const CRATE: &str = "rc-cpp";
 const FOLDER: &str = "cpp";
-const LIBRARY: &str = "librobocomp_cpp.so";
+pub(crate) const LIBRARY: &str = "librobocomp_cpp.so";
 
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 3] = ["CMakeLists.txt", "etc", "src"];

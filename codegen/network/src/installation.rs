@@ -1,6 +1,7 @@
 //! Puts a component of a workspace under a prefix, where networks find it without a workspace and
 //! without cargo ([`rc_codegen::installed`] has the layout).
 
+use crate::cmake;
 use crate::error::{Error, cannot, refused};
 use crate::launcher;
 use crate::load::Overrides;
@@ -10,13 +11,14 @@ use crate::reading::Reading;
 use crate::workspaces::Workspaces;
 use rc_codegen::cargo_workspace::Workspace;
 use rc_codegen::files::GENERATED;
-use rc_codegen::installed::{COMPONENTS, INTERFACES, PROGRAMS, program_name};
+use rc_codegen::installed::{COMPONENTS, INTERFACES, LIBRARIES, PROGRAMS, program_name};
 use rc_codegen::note::Note;
 use rc_codegen::paths::{absolute, normal, relative};
 use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use rc_vocabulary::Builder;
 use rustix::fs::{CWD, RenameFlags, renameat_with};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::PermissionsExt;
@@ -34,6 +36,8 @@ const LIST: &str = "installed.txt";
 /// A component that can be installed.
 #[derive(Debug)]
 pub struct Installation {
+    /// Its file.
+    description: PathBuf,
     /// Its folder, below the prefix.
     folder: PathBuf,
     /// Its files, by their paths below the prefix.
@@ -48,6 +52,34 @@ enum Content {
     Script(String),
     /// The list of files.
     List(String),
+}
+
+/// Two different files for one place.
+#[derive(Debug)]
+pub struct Disagreement<'a> {
+    /// The place below the prefix.
+    pub place: &'a Path,
+    /// The two files. One that is written by the installation is named by its component.
+    pub sources: [&'a Path; 2],
+}
+
+impl Content {
+    fn bytes(&self) -> Result<Cow<'_, [u8]>, Error> {
+        match self {
+            Self::Copy(from) => {
+                let read = std::fs::read(from).map(Cow::Owned);
+                read.map_err(cannot(format!("read {}", from.display())))
+            }
+            Self::Script(text) | Self::List(text) => Ok(Cow::Borrowed(text.as_bytes())),
+        }
+    }
+
+    fn source<'a>(&'a self, of: &'a Installation) -> &'a Path {
+        match self {
+            Self::Copy(from) => from,
+            Self::Script(_) | Self::List(_) => &of.description,
+        }
+    }
 }
 
 impl Installation {
@@ -89,6 +121,7 @@ impl Installation {
         }
         let own = absolute(project.folder()).map_err(cannot("find the component"))?;
         let mut installation = Self {
+            description: path.to_path_buf(),
             folder: Path::new(COMPONENTS).join(name),
             files: BTreeMap::new(),
         };
@@ -169,37 +202,37 @@ impl Installation {
         let place = self.folder.join(PROGRAMS).join(&name);
         let component = &project.component.name.text;
         let model = format!("{:016x}", project.hash);
+        let programs = || {
+            let root = Workspaces::root(code).map_err(refused("find the workspace"))?;
+            let Some(root) = root else {
+                return Err(Error::Workspace(format!(
+                    "`{component}` is in no workspace, so nothing builds it"
+                )));
+            };
+            let target = Workspaces::default().target(&root);
+            let target = target.map_err(refused("find the target folder"))?;
+            Ok(target.programs(profile))
+        };
+        let of_this_version = |program: &Path, build: &str| match Note::read(program) {
+            Ok(notes) if notes.iter().any(|note| note.model == model) => Ok(()),
+            Ok(_) => Err(Error::Workspace(format!(
+                "{} was built from another version of `{component}`; {build}",
+                program.display()
+            ))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Err(Error::Workspace(format!(
+                "there is no {}; {build}",
+                program.display()
+            ))),
+            Err(error) => Err(cannot(format!("read {}", program.display()))(error)),
+        };
         let content = match project.builder() {
             Builder::Cargo => {
-                let root = Workspaces::root(code).map_err(refused("find the workspace"))?;
-                let Some(root) = root else {
-                    return Err(Error::Workspace(format!(
-                        "`{component}` is in no workspace, so nothing builds it"
-                    )));
-                };
-                let target = Workspaces::default().target(&root);
-                let target = target.map_err(refused("find the target folder"))?;
-                let program = target.programs(profile).join(&name);
+                let program = programs()?.join(&name);
                 let build = format!(
                     "build it: `cargo build --workspace --profile {} --bin {name}`",
                     profile.word()
                 );
-                let notes = match Note::read(&program) {
-                    Ok(notes) => notes,
-                    Err(error) if error.kind() == ErrorKind::NotFound => {
-                        let program = program.display();
-                        return Err(Error::Workspace(format!("there is no {program}; {build}")));
-                    }
-                    Err(error) => {
-                        return Err(cannot(format!("read {}", program.display()))(error));
-                    }
-                };
-                if !notes.iter().any(|note| note.model == model) {
-                    let program = program.display();
-                    return Err(Error::Workspace(format!(
-                        "{program} was built from another version of `{component}`; {build}"
-                    )));
-                }
+                of_this_version(&program, &build)?;
                 Content::Copy(program)
             }
             Builder::Interpreter => {
@@ -215,9 +248,15 @@ impl Installation {
                 Content::Script(launcher::installed(project, &self.folder, &note)?)
             }
             Builder::Cmake => {
-                return Err(Error::Workspace(format!(
-                    "`{component}` is in C++: its program names the library of the framework by a path of the workspace, so it cannot be installed elsewhere"
-                )));
+                let programs = programs()?;
+                let program = programs.join(&name);
+                let build = "`rcdeploy up --build` of a network with it builds it".to_owned();
+                of_this_version(&program, &build)?;
+                // The program looks for the library there first.
+                let library = programs.join(cmake::LIBRARY);
+                let there = Path::new(LIBRARIES).join(cmake::LIBRARY);
+                self.files.insert(there, Content::Copy(library));
+                Content::Copy(program)
             }
         };
         self.files.insert(place, content);
@@ -254,20 +293,40 @@ impl Installation {
         let mut all = Vec::new();
         for (place, content) in &self.files {
             let there = prefix.join(place);
-            let Content::Copy(from) = content else {
-                continue;
-            };
             if place.starts_with(&self.folder) || !there.exists() {
                 continue;
             }
-            let read = |file: &Path| {
-                std::fs::read(file).map_err(cannot(format!("read {}", file.display())))
-            };
-            if read(from)? != read(&there)? {
+            let installed = std::fs::read(&there);
+            let installed = installed.map_err(cannot(format!("read {}", there.display())))?;
+            if *content.bytes()? != *installed {
                 all.push(there);
             }
         }
         Ok(all)
+    }
+
+    /// Two different files of two components for the same place, of which only one can be there:
+    /// two workspaces have an interface or a component of the same name. `None` if all fit together.
+    ///
+    /// # Errors
+    /// The system does not give a file.
+    pub fn disagreement(all: &[Self]) -> Result<Option<Disagreement<'_>>, Error> {
+        let mut first: BTreeMap<&Path, (&Self, &Content)> = BTreeMap::new();
+        for one in all {
+            for (place, content) in &one.files {
+                let Some((other, earlier)) = first.insert(place, (one, content)) else {
+                    continue;
+                };
+                if earlier.bytes()? != content.bytes()? {
+                    return Ok(Some(Disagreement {
+                        place,
+                        sources: [(other, earlier), (one, content)]
+                            .map(|(of, content)| content.source(of)),
+                    }));
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// Writes the files. The folder of an installed version is exchanged as a whole: a running

@@ -63,7 +63,7 @@ mod world_report;
 
 pub use error::Error;
 pub use generating::Generated;
-pub use installation::Installation;
+pub use installation::{Disagreement, Installation};
 pub use interpreters::Next;
 pub use load::{Overrides, load};
 pub use model::{ClockPlan, Network, NetworkTime};

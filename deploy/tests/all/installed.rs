@@ -2,7 +2,7 @@
 
 use rc_test_site::site::{CommandOutput, PATROL, Site};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A site whose network names components that lie nowhere near it.
@@ -176,9 +176,6 @@ fn what_cannot_be_installed_says_why() {
 
     let nowhere = install(&site, "avoider", &["--prefix", "/proc/nowhere"]);
     assert_eq!(nowhere.code, 3, "{nowhere:?}");
-    let cpp = install(&site, "avoider_cpp", &[]);
-    assert_eq!(cpp.code, 1, "{cpp:?}");
-    assert!(cpp.stderr.contains("is in C++"), "{cpp:?}");
     // A dry run writes nothing.
     let dry = install(&site, "simulator", &["--dry-run"]);
     assert_eq!(dry.code, 0, "{dry:?}");
@@ -191,4 +188,64 @@ fn what_cannot_be_installed_says_why() {
     assert_eq!(named.code, 3, "{named:?}");
     let copy = format!("`cp {} house.ddsl`", networks.join("house.ddsl").display());
     assert!(named.stderr.contains(&copy), "{named:?}");
+}
+
+/// A workspace with copies of components and interfaces of this project.
+fn workspace(site: &Site, name: &str, components: &[&str]) -> PathBuf {
+    let root = site.path(name);
+    let (own, interfaces) = (root.join("components"), root.join("interfaces"));
+    for folder in [&own, &interfaces] {
+        fs::create_dir_all(folder).expect("a folder");
+    }
+    fs::write(root.join("Cargo.toml"), "[workspace]\n").expect("a manifest");
+    for component in components {
+        let mut copy = Command::new("cp");
+        copy.arg("-r")
+            .arg(Site::components().join(component))
+            .arg(&own);
+        assert_eq!(site.run(copy).code, 0);
+    }
+    for interface in ["Laser", "GenericBase", "DifferentialRobot", "BatteryStatus"] {
+        let file = format!("{interface}.idsl");
+        let from = Site::components().join("interfaces").join(&file);
+        fs::copy(from, interfaces.join(file)).expect("an interface");
+    }
+    root
+}
+
+#[test]
+fn two_workspaces_that_disagree_are_not_installed_together() {
+    let site = site("disagree");
+    let roots = ["one", "two"].map(|name| workspace(&site, name, &["avoider_python", "avoider"]));
+    let file = "components/avoider_python/avoider_python.cdsl";
+    let files = roots
+        .each_ref()
+        .map(|root| root.join(file).display().to_string());
+    let install = |more: &[&str]| {
+        let all = [&["install"], more, &[&*files[0], &*files[1]]].concat();
+        run(&site, "rcgen", &all)
+    };
+    let equal = install(&[]);
+    assert_eq!(equal.code, 0, "{equal:?}");
+    // A comment changes no type, but the file is another one.
+    let laser = roots[1].join("interfaces/Laser.idsl");
+    change(
+        &laser,
+        "module RoboCompLaser",
+        "// of two\nmodule RoboCompLaser",
+    );
+    let refused = install(&["--replace"]);
+    assert_eq!(refused.code, 1, "{refused:?}");
+    let names = [&roots[0].join("interfaces/Laser.idsl"), &laser];
+    let names = names.map(|path| path.display().to_string());
+    let told = format!("{} and {} differ, and only one", names[0], names[1]);
+    assert!(refused.stderr.contains(&told), "{refused:?}");
+    assert!(refused.stderr.contains("another --prefix"), "{refused:?}");
+    // So are two components of one name.
+    fs::copy(roots[0].join("interfaces/Laser.idsl"), &laser).expect("an interface");
+    let worker = roots[1].join("components/avoider_python/src/policy.py");
+    fs::write(&worker, "").expect("a file");
+    let twins = install(&["--replace"]);
+    assert_eq!(twins.code, 1, "{twins:?}");
+    assert!(twins.stderr.contains("src/policy.py differ"), "{twins:?}");
 }

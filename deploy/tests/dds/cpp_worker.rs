@@ -52,6 +52,49 @@ pub(crate) fn ctest(site: &Site, cmake: &Path, folder: &Path) {
     }
 }
 
+/// Below another prefix it takes the library that is installed there, and runs without cmake.
+fn it_runs_where_it_is_installed(site: &Site) {
+    let prefix = site.path("rc");
+    let file = Site::components().join("avoider_cpp/avoider_cpp.cdsl");
+    let mut rcgen = Command::new(Site::executable("rcgen"));
+    rcgen.args(["install", "--profile", "dev", "--prefix"]);
+    rcgen.arg(&prefix).arg(file);
+    let installed = site.run(rcgen);
+    assert_eq!(installed.code, 0, "{installed:?}");
+    let program = prefix.join("components/avoider_cpp/bin/avoider_cpp");
+    let mut ldd = Command::new("ldd");
+    ldd.arg(&program);
+    let linked = site.run(ldd).stdout;
+    let library = linked.lines().find(|line| line.contains("librobocomp_cpp"));
+    let library = library
+        .and_then(|line| line.split("=> ").nth(1))
+        .expect("a library");
+    let library = library.split(' ').next().unwrap_or_default();
+    let library = Path::new(library).canonicalize().expect("a file");
+    assert_eq!(
+        library,
+        prefix
+            .join("lib/librobocomp_cpp.so")
+            .canonicalize()
+            .expect("a file")
+    );
+    // A path that leads to no file names the installed component.
+    site.write_ddsl(&PATROL.replace(RUST, "cdsl \"avoider_cpp.cdsl\";"));
+    let tool = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rcdeploy"));
+        command.args(args).env("ROBOCOMP_PREFIX", &prefix);
+        let run = site.run(command);
+        assert_eq!(run.code, 0, "{args:?} {run:?}");
+        run.stdout
+    };
+    let file = site.ddsl().to_string_lossy().into_owned();
+    let plan = tool(&["plan", "--profile", "dev", "--format", "json", &file]);
+    assert!(plan.contains(&*program.to_string_lossy()), "{plan}");
+    tool(&["up", "--detach", "--profile", "dev", &file]);
+    tool(&["down", &site.network]);
+    site.assert_nothing_left();
+}
+
 /// gdb stops the component in a function of its worker, shows how it got there, and lets it go on.
 fn gdb_stops_it_in_its_worker(site: &Site, cmake: &Path) {
     if !has_gdb("a component in C++ under gdb") {
@@ -166,6 +209,8 @@ fn the_avoider_in_cpp_does_what_that_in_rust_does() {
     let commands = Site::components().join("avoider_cpp/build/compile_commands.json");
     assert!(commands.exists(), "an editor finds no flags");
     its_own_test_passes(&site, &cmake, "avoider_cpp");
+    it_runs_where_it_is_installed(&site);
+    site.write_ddsl(&PATROL.replace(RUST, CPP));
     gdb_stops_it_in_its_worker(&site, &cmake);
     a_sanitizer_builds_another_program(&site, &cmake);
 

@@ -3,7 +3,7 @@
 use crate::command_line::Common;
 use crate::reports::{Failure, print_line, report, system, tell};
 use rc_codegen::FileLoader;
-use rc_deploy_network::{Error, Installation, Profile};
+use rc_deploy_network::{Disagreement, Error, Installation, Profile};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,15 @@ pub(crate) fn install(request: &Request<'_>) -> Result<(), Failure> {
         let outcome = Installation::of(file, profile, &mut sources, &loader, &mut found);
         report(&sources, &found, request.common.format)?;
         installations.extend(outcome.map_err(failed)?);
+    }
+    let disagreement = Installation::disagreement(&installations).map_err(failed)?;
+    if let Some(Disagreement { place, sources }) = disagreement {
+        let [one, other] = sources.map(|source| source.display());
+        tell(format_args!(
+            "rcgen: error: {one} and {other} differ, and only one of them can be {}; install one of the two workspaces below another --prefix",
+            request.prefix.join(place).display()
+        ));
+        return Err(Failure::Input);
     }
     for installation in installations.iter().filter(|_| !request.replace) {
         if let [first, ..] = &installation.conflicts(&request.prefix).map_err(failed)?[..] {
