@@ -2,6 +2,8 @@
 //!
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] also loads the imported
 //! interfaces and resolves all names into the [`model`]; [`meanings`] reads its data prototypes.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod meanings;

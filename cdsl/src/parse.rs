@@ -16,7 +16,7 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
     reason = "pest makes `Rule` public, and it names its parser"
 )]
 #[derive(pest_derive::Parser)]
-#[grammar = "../../syntax/src/common.pest"]
+#[grammar = "common.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 

@@ -5,6 +5,8 @@
 //! [`proxied`] says what the proxy of a group forwards, and [`add_adaptors`] adds the components
 //! that convert in a process of their own. [`connect`] checks the model against the components and
 //! computes the connections.
+//!
+#![doc = include_str!("example.md")]
 
 mod adaptors;
 pub mod ast;

@@ -21,8 +21,8 @@ use world::world;
     reason = "pest makes `Rule` public, and it names its parser"
 )]
 #[derive(pest_derive::Parser)]
-#[grammar = "../../syntax/src/common.pest"]
-#[grammar = "../../pdsl/src/condition.pest"]
+#[grammar = "common.pest"]
+#[grammar = "condition.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 

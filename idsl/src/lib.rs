@@ -4,6 +4,8 @@
 //! and resolves all names into the [`model`]. [`canonical`] computes the hashes by which two ends
 //! of a connection compare their types. The grammar is `src/grammar.pest`, after `common.pest` of
 //! the crate `syntax`.
+//!
+#![doc = include_str!("example.md")]
 
 mod annotations;
 pub mod ast;

@@ -4,6 +4,8 @@
 //! [`parse`] turns one text into a syntax tree ([`ast`]). [`load`] reads its robot as well, and
 //! resolves all names: a [`Cell`]. [`rust`], [`c`], [`cpp`], [`python`], and [`library`] with [`loader`] print its solvers as functions in
 //! straight lines, whose number of operations is known.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod cell;

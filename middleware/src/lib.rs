@@ -21,6 +21,16 @@
 //! - [`shared_value`]: messages between components of one process, encoded only on demand.
 //!
 //! This crate names no backend.
+//!
+//! # Example
+//!
+//! ```
+//! use rc_middleware::{Cdr, Writer};
+//!
+//! let mut writer = Writer::over(Vec::new());
+//! 7_u32.encode(&mut writer);
+//! assert_eq!(writer.into_bytes(), [7, 0, 0, 0]);
+//! ```
 
 pub mod address;
 pub mod backend;

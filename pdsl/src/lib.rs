@@ -3,6 +3,8 @@
 //! [`parse`] parses one `.pdsl` text into a syntax tree ([`ast`]). [`load`] resolves it with its
 //! imports into the model of `rc_configuration`, which checks configurations. `docs/pdsl.md`
 //! documents the language for users.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod block;

@@ -4,6 +4,8 @@
 //! [`parse`] turns one `.dproto` text into a syntax tree ([`ast`]), [`format`] prints it. [`load`]
 //! loads a text with its imports, and resolves all names: a [`Library`](model::Library).
 //! [`GEOMETRY`] is the domain that comes with this crate.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod fields;

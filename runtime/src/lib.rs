@@ -6,6 +6,16 @@
 //! [`adapter::run`] joins them. One thread runs the worker: `compute()` on its period, and handlers between two runs of it. A
 //! second thread answers management requests, takes signals and sends heartbeats, so that rcdeploy
 //! notices a worker that hangs.
+//!
+//! # Example
+//!
+//! ```
+//! use rc_runtime::{Clock, SystemClock};
+//!
+//! // What a worker sees as `ctx.now()`.
+//! let clock = SystemClock;
+//! assert!(clock.now() <= clock.now());
+//! ```
 
 pub mod adapter;
 mod ages;
@@ -103,13 +113,13 @@ pub use worker_error::WorkerError;
 
 /// How to write and test a worker: two pages of the book.
 // A test of the book compiles their code, which needs a generated crate.
-#[cfg_attr(not(doctest), doc = include_str!("../../docs/worker-guide.md"))]
+#[cfg_attr(not(doctest), doc = include_str!("worker-guide.md"))]
 #[allow(
     clippy::test_attr_in_doctest,
     reason = "the page shows tests of workers"
 )]
 pub mod guide {
-    #[cfg_attr(not(doctest), doc = include_str!("../../docs/testing.md"))]
+    #[cfg_attr(not(doctest), doc = include_str!("testing.md"))]
     pub mod testing {}
 }
 

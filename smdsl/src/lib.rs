@@ -3,6 +3,8 @@
 //! [`parse`] turns one `.smdsl` text into a syntax tree ([`ast`]). [`load`] resolves it into the
 //! [`model`] and checks it. [`scxml`] reads a subset of W3C SCXML into the same model. [`tables`]
 //! converts the model into the tables of the interpreter (`rc_machine`).
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod builder;

@@ -10,7 +10,7 @@ use rc_syntax::{Name, ParseContext};
     reason = "pest makes `Rule` public, and it names its parser"
 )]
 #[derive(pest_derive::Parser)]
-#[grammar = "../../syntax/src/common.pest"]
+#[grammar = "common.pest"]
 #[grammar = "grammar.pest"]
 pub struct Grammar;
 

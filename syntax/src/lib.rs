@@ -2,6 +2,8 @@
 //! imports and the formatter.
 //!
 //! `common.pest` is the shared part of the grammars. Each parser includes it before its own rules.
+//!
+#![doc = include_str!("example.md")]
 
 mod format;
 mod import_edit;

@@ -25,6 +25,15 @@
 //! - [`Stamp`]: where a message has a time that programs outside copy.
 //! - [`Type`]: types where they are used, over any form of names.
 //! - [`WORLD_SLOTS`]: the topics by which the replicas of a world meet.
+//!
+//! # Example
+//!
+//! ```
+//! use rc_vocabulary::{Middleware, duration};
+//!
+//! assert_eq!(duration::parse("50ms"), Some(50_000_000));
+//! assert!(Middleware::from_word("carrier pigeon").is_none());
+//! ```
 
 pub mod address;
 pub mod duration;

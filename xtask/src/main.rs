@@ -1,6 +1,6 @@
 //! `cargo xtask`: the project's own commands. `test` is the whole test run, `install` installs the
-//! tools, `figures` writes the tables of BENCHMARKS.md, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
-//! Benchmarks and long tests are in `trials`, packages in `dist`, so that this program is built in a second.
+//! tools, `figures` writes the tables of BENCHMARKS.md, `semver` compares the public API with an earlier one, `fuzz` searches for texts that harm a parser, `mutants` for code that no test checks.
+//! Benchmarks and long tests are in `trials`, packages and the book in `dist`, so that this program is built in a second.
 
 mod checkout;
 mod figures;
@@ -8,8 +8,10 @@ mod install;
 mod mutants;
 mod programs;
 mod report;
+mod semver;
 mod testing;
 mod timings;
+mod tools;
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -25,6 +27,7 @@ fn main() -> ExitCode {
         ["mutants", ref rest @ ..] => mutants::run(rest),
         ["fuzz", seconds] if seconds.parse::<u32>().is_ok() => fuzz(seconds),
         ["figures"] => figures::render(),
+        ["semver", ref rest @ ..] => semver::run(rest),
         ["soak", "packages", ref rest @ ..] => {
             return run_instead("dist", &[&["--soak"], rest].concat());
         }
@@ -37,9 +40,10 @@ fn main() -> ExitCode {
             return run_instead("trials", &args);
         }
         ["dist", ref rest @ ..] => return run_instead("dist", rest),
+        ["book", ..] => return run_instead("dist", &args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | dist [--help] | figures | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | dist [--help] | book [--help] | figures | semver [--since REVISION] | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }

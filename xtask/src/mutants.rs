@@ -6,9 +6,10 @@
 mod sandbox;
 
 use crate::outcome;
+use crate::tools::{installed, target};
 use std::fs;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -94,7 +95,7 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
     let count = number("--count", COUNT)?.max(1);
     let seed = number("--seed", now.map_or(0, |since| since.as_secs() as usize))?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let (sandbox, program) = match (sandbox::words(), install()) {
+    let (sandbox, program) = match (sandbox::words(), installed("cargo-mutants", VERSION)) {
         (Ok(sandbox), Ok(program)) => (sandbox, program),
         (Err(why), _) => {
             println!("skipped: mutants: changed code could harm this machine: {why}");
@@ -171,49 +172,6 @@ pub(crate) fn run(args: &[&str]) -> Result<(), String> {
         return Err(format!("fewer than {GOAL} % of the changes were noticed"));
     }
     Ok(())
-}
-
-/// The target folder of cargo.
-pub(crate) fn target() -> PathBuf {
-    // This program is `TARGET/PROFILE/xtask`, or a test in `TARGET/PROFILE/deps`.
-    let own = std::env::current_exe().unwrap_or_default();
-    let mut folders = own.ancestors().skip(1);
-    let profile = folders.find(|folder| !folder.ends_with("deps"));
-    let target = profile.and_then(Path::parent);
-    target.map_or_else(|| "target".into(), Path::to_path_buf)
-}
-
-/// Where `cargo-mutants` is installed.
-pub(crate) fn program() -> PathBuf {
-    target().join("tools/bin/cargo-mutants")
-}
-
-/// Installs `cargo-mutants`. The error says why that is not possible.
-fn install() -> Result<PathBuf, String> {
-    let program = program();
-    if program.exists() {
-        return Ok(program);
-    }
-    let root = target().join("tools");
-    let install = [
-        "install",
-        "cargo-mutants",
-        "--locked",
-        "--debug",
-        "--version",
-        VERSION,
-    ];
-    println!("+ cargo {} --root {}", install.join(" "), root.display());
-    let status = Command::new("cargo")
-        .args(install)
-        .arg("--root")
-        .arg(root)
-        .status();
-    match status {
-        Ok(status) if status.success() => Ok(program),
-        Ok(_) => Err(format!("`cargo {}` failed", install.join(" "))),
-        Err(error) => Err(format!("cargo cannot be started: {error}")),
-    }
 }
 
 #[cfg(test)]

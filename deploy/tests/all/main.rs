@@ -9,6 +9,7 @@ mod doctor;
 mod events;
 mod explain;
 mod export;
+mod frozen;
 mod installed;
 mod interpreters;
 mod killed;

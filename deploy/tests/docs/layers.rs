@@ -359,3 +359,42 @@ fn languages_do_no_input_or_output_and_know_others_as_the_page_says() {
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
+
+/// The library crates, which may be published.
+fn public_crates() -> Vec<String> {
+    let mut manifests = Vec::new();
+    for (folder, _) in crates().into_values() {
+        let text = std::fs::read_to_string(Path::new(ROOT).join(&folder).join("Cargo.toml"));
+        let text = text.expect("a manifest");
+        if !text.contains("\npublish.workspace = true\n") && !text.contains("\npublish = false\n") {
+            manifests.push(folder);
+        }
+    }
+    manifests
+}
+
+#[test]
+fn the_front_page_of_each_library_crate_has_an_example() {
+    // Its purpose is its manifest.
+    const WITHOUT_CODE: &str = "runtime/shared_features";
+    let compiled = std::fs::read_to_string(Path::new(ROOT).join("xtask/front_pages/src/lib.rs"));
+    let compiled = compiled.expect("the examples that are compiled");
+    let public = public_crates();
+    assert!(public.len() > 50, "{public:?}");
+    let mut without = Vec::new();
+    for folder in public.iter().filter(|folder| *folder != WITHOUT_CODE) {
+        let text = std::fs::read_to_string(Path::new(ROOT).join(folder).join("src/lib.rs"));
+        let text = text.expect("a library");
+        let page = text.lines().take_while(|line| line.starts_with("//!"));
+        let has_own = page.into_iter().any(|line| line.starts_with("//! ```"));
+        let shown = text.contains("#![doc = include_str!(\"example.md\")]");
+        let is_compiled = compiled.contains(&format!("/{folder}/src/example.md"));
+        if !(has_own || shown && is_compiled) {
+            without.push(folder.clone());
+        }
+    }
+    assert!(
+        without.is_empty(),
+        "no example on the front page of {without:?}"
+    );
+}

@@ -2,6 +2,8 @@
 //!
 //! [`of_graph`] and [`of_schema`] make a [`Picture`] of boxes with rows, where lines begin.
 //! [`Picture::svg`] and [`Picture::dot`] draw it. Equal input gives equal text.
+//!
+#![doc = include_str!("example.md")]
 
 mod dot;
 mod graph;

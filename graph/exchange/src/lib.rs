@@ -4,6 +4,8 @@
 //! A file becomes a [`Document`], which [`check`] compares with a schema, with the place of each
 //! finding, and [`Document::graph`] makes a graph of. Reading does not keep places: if there is a
 //! finding, the text is scanned once more for them.
+//!
+#![doc = include_str!("example.md")]
 
 mod check;
 mod document;

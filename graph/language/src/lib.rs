@@ -3,6 +3,8 @@
 //! [`parse`] turns one `.gdsl` text into a syntax tree ([`ast`]). [`load`] loads a text with its
 //! imports, also of data prototypes, resolves all names and makes a [`Schema`] of it; [`import`] does so
 //! for one that a file of another language names. [`DOMAINS`] come with this crate.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod ast;
 mod blocks;
@@ -22,19 +24,19 @@ pub use resolve::{import, load};
 
 /// Domains that every file may import: name of the file, and text.
 pub const DOMAINS: [(&str, &str); 5] = [
-    ("geometry.gdsl", include_str!("../../domains/geometry.gdsl")),
+    ("geometry.gdsl", include_str!("../domains/geometry.gdsl")),
     (
         "kinematics.gdsl",
-        include_str!("../../domains/kinematics.gdsl"),
+        include_str!("../domains/kinematics.gdsl"),
     ),
     (
         "measurement.gdsl",
-        include_str!("../../domains/measurement.gdsl"),
+        include_str!("../domains/measurement.gdsl"),
     ),
-    ("dsr.gdsl", include_str!("../../domains/dsr.gdsl")),
+    ("dsr.gdsl", include_str!("../domains/dsr.gdsl")),
     (
         "innermodel.gdsl",
-        include_str!("../../domains/innermodel.gdsl"),
+        include_str!("../domains/innermodel.gdsl"),
     ),
 ];
 

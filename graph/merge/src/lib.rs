@@ -6,6 +6,8 @@
 //! whole graph. [`Replica::view`] resolves contradictory changes of two replicas in the same way
 //! everywhere: losers are kept and listed as conflicts. A running graph takes over a view by
 //! [`property_graph::Graph::adopt`].
+//!
+#![doc = include_str!("example.md")]
 
 mod bounds;
 mod digest;

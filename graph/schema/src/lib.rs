@@ -1,6 +1,8 @@
 //! The schema of a property graph: entities, relations with named ports, attributes with types,
 //! units and ranges. `graph-language` makes a [`Schema`] of `.gdsl` files, the store checks changes
 //! against it, queries are checked against it before they run.
+//!
+#![doc = include_str!("example.md")]
 
 mod block;
 mod difference;

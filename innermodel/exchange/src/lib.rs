@@ -4,6 +4,8 @@
 //! up and z to the front. What another format cannot express is a warning at its place.
 //!
 //! `rcgen` links this crate, so it has its own matrices of three rows instead of nalgebra.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod gltf;
 mod matrix;

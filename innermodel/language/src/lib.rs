@@ -7,6 +7,8 @@
 //!
 //! This crate does no input or output: a [`Loader`] hands it the texts. The crate `innermodel` has
 //! the tree that changes at run time.
+//!
+#![doc = include_str!("example.md")]
 
 mod attributes;
 mod check;

@@ -2,6 +2,8 @@
 //!
 //! [`read`] gives the triangles of a file in its own frame and unit. `InnerModel` mirrors z and
 //! scales: see `innermodel::kinds::Mesh`. [`read_with_looks`] also gives colours and pictures.
+//!
+#![doc = include_str!("example.md")]
 
 mod clipping;
 mod gltf;

@@ -5,6 +5,8 @@
 //! All lengths are in metres, angles in radians, masses in kilograms. Frames are right-handed. [`Grounding`] changes the
 //! unit of length and the axes. A frame is that of a link of the URDF. The algorithms compute with any [`Real`](rc_quantity::Real): with
 //! numbers, or with terms of a formula that is printed as code.
+//!
+#![doc = include_str!("example.md")]
 
 mod chain;
 pub mod closed;

@@ -1,5 +1,13 @@
 //! All middlewares, for programs that may use any of them: tools, and workers in other languages. A
 //! component in Rust links those of its slots only.
+//!
+//! # Example
+//!
+//! ```
+//! // A program that may use any middleware chooses it by its word.
+//! let backend = rc_backends::find("iceoryx2");
+//! assert!(backend.is_some());
+//! ```
 
 use rc_middleware::Linked;
 use rc_vocabulary::Middleware;

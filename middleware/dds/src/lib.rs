@@ -1,5 +1,7 @@
 //! The backend for DDS, over the C library Cyclone DDS. `docs/dds.md` documents the names of
 //! addresses and types in DDS, and what other programs have to know.
+//!
+#![doc = include_str!("example.md")]
 
 mod client;
 mod config;

@@ -4,6 +4,8 @@
 //! - [`Holder`], [`wipe`], [`leftovers`]: for the deployer of a network.
 //!
 //! `docs/shared-memory-wire.md` specifies service names and message formats.
+//!
+#![doc = include_str!("example.md")]
 
 mod bounded;
 mod cleanup;

@@ -3,6 +3,8 @@
 //!
 //! Endpoints find each other by network and address, in one table of the process. All subscribers
 //! of a sample share its memory: a sample that is written in place is read where it was written.
+//!
+#![doc = include_str!("example.md")]
 
 mod body;
 mod calls;

@@ -14,6 +14,8 @@
 //!   yet.
 //! - [`ReplyMemory`]: where a server writes a reply.
 //! - [`Mismatches`], [`RateLimit`]: log lines about endpoints that do not match.
+//!
+#![doc = include_str!("example.md")]
 
 mod caller;
 mod configuration;

@@ -1,6 +1,8 @@
 //! The backend for ROS 2: a component is a node, its topics are topics of ROS, and its operations
 //! are services. `docs/ros2.md` documents the names of addresses and types, `docs/ros2-mapping.md`
 //! the mapping of an IDSL to messages.
+//!
+#![doc = include_str!("example.md")]
 
 mod arguments;
 mod calls;

@@ -5,6 +5,8 @@
 //! reads a file, [`LiveParameters`] checks changes of a running component and saves them. The
 //! feature `tools` adds what only tools need: the template, the schema and the update of a
 //! configuration.
+//!
+#![doc = include_str!("example.md")]
 
 mod block;
 mod change;

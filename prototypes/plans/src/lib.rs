@@ -3,6 +3,8 @@
 //!
 //! A [`Network`] finds a [`Plan`] for two prototypes of a library. The [`Program`] of a plan is a
 //! formula: [`Program::run`] computes it, [`rust`], [`c`] and [`python`] print it as a function.
+//!
+#![doc = include_str!("example.md")]
 
 mod between;
 mod block;

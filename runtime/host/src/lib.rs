@@ -11,6 +11,8 @@
 //! - [`link`] has the calls and publications of a context.
 //! - [`Sample`] is the argument of a topic's handler, [`Aligned`] and [`Lent`] the memory of values
 //!   in place.
+//!
+#![doc = include_str!("example.md")]
 
 mod aligned;
 mod backends;

@@ -17,6 +17,16 @@
 //! [`lines`] splits bytes into lines of bounded length, [`rpc`] reads and writes JSON-RPC,
 //! [`Client`] sends requests and receives answers and notifications, [`Server`] receives requests
 //! and sends answers. [`Output`] is what waits for the other side of any connection.
+//!
+//! # Example
+//!
+//! ```
+//! use rc_management::lines::{Lines, Overlong};
+//!
+//! let mut lines = Lines::new(Overlong::Skip);
+//! let found = lines.push(b"{\"a\":1}\n{\"b\"");
+//! assert_eq!(found.len(), 1); // the second line has no end yet
+//! ```
 
 pub mod agent;
 pub mod chains;

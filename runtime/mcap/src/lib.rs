@@ -2,6 +2,8 @@
 //!
 //! A component writes its exact recording itself, and `rc-record` reads, cuts and converts
 //! recordings. This crate does no compression and opens no file: it makes records and parses them.
+//!
+#![doc = include_str!("example.md")]
 
 pub mod read;
 pub mod write;

@@ -1,5 +1,7 @@
 //! The processors that a thread may run on, and its real-time priority. Threads and processes that it
 //! starts inherit both.
+//!
+#![doc = include_str!("example.md")]
 
 use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};

@@ -3,6 +3,8 @@
 //! A state is a box with its name, and a row for each of its transitions, where the line begins. A
 //! state with substates is a frame; the box inside with its name is where lines to and from the
 //! whole state end. So no label lies on a line.
+//!
+#![doc = include_str!("example.md")]
 
 mod boxes;
 mod svg;

@@ -4,6 +4,8 @@
 //! A [`Chart`] is the machine as tables. A [`Session`] is the worker's view of a running machine:
 //! the active states and the queue of events. An [`Interpreter`] takes the steps, and a [`Host`]
 //! runs the functions of the worker. No step allocates.
+//!
+#![doc = include_str!("example.md")]
 
 mod chart;
 mod interpreter;

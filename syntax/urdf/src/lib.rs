@@ -1,6 +1,8 @@
 //! The links and joints of a URDF, with their locations, for all that read robots from it.
 //!
 //! The source of the format: <https://wiki.ros.org/urdf/XML>.
+//!
+#![doc = include_str!("example.md")]
 
 mod mimic;
 mod xacro;

@@ -1,4 +1,6 @@
 //! XML with locations, for the languages that are written in XML.
+//!
+#![doc = include_str!("example.md")]
 
 use rc_diagnostics::{Diagnostic, Name, SourceId, Span};
 use roxmltree::{Attribute, Document, Error, Node};

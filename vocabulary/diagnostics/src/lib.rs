@@ -3,6 +3,19 @@
 //! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
 //! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
 //! outside, [`xml`] escapes it, and [`print`] is how the tools print.
+//!
+//! # Example
+//!
+//! ```
+//! use rc_diagnostics::{Diagnostic, Diagnostics, Format, SourceMap, Span, render};
+//!
+//! let mut sources = SourceMap::new();
+//! let source = sources.add("a.idsl", "modul M {};");
+//! let mut found = Diagnostics::new();
+//! found.push(Diagnostic::error("syntax", Span::new(source, 0, 5), "expected `module`"));
+//! let text = render(&sources, &found, Format::Short);
+//! assert!(text.starts_with("a.idsl:1:1: error[syntax]: expected `module`"));
+//! ```
 
 mod characters;
 mod diagnostic;

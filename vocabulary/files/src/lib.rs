@@ -1,5 +1,7 @@
 //! Reads and replaces users' files without blocking on pipes and without partial writes, and
 //! knows when a disk is full.
+//!
+#![doc = include_str!("example.md")]
 
 mod disk;
 mod missing;

@@ -3,6 +3,8 @@
 //! `rcl_lifecycle`.
 //!
 //! This crate holds the table. It runs nothing.
+//!
+#![doc = include_str!("example.md")]
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -4,6 +4,8 @@
 //! a network meet at these topics. [`Member`] publishes the messages of the replica and passes it
 //! the received ones. Generated code opens it in the context, calls [`Member::turn`] in each turn
 //! of the event loop, and [`Member::leave`] at the end.
+//!
+#![doc = include_str!("example.md")]
 
 mod slot;
 

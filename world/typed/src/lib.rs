@@ -5,6 +5,8 @@
 //! attributes, and the writable parts ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
 //! which never changes. A [`Change`] has the changes of one type between two versions. [`dsr`] has the
 //! names of DSR, for moving code.
+//!
+#![doc = include_str!("example.md")]
 
 mod change;
 mod declare;

@@ -1,6 +1,6 @@
 //! The build that packages are made of.
 
-use crate::packages::Selection;
+use crate::selection::{Component, LIBRARY, Language, Selection};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -93,14 +93,12 @@ impl Build {
 
     /// Builds the programs and the extension modules of the selected packages.
     pub(crate) fn run(&self, selected: &Selection) -> Result<(), String> {
+        if !selected.has_programs() {
+            return Ok(());
+        }
         let mut programs: Vec<String> =
             selected.tools.iter().map(|&tool| tool.to_owned()).collect();
-        let components = selected.components.iter();
-        programs.extend(
-            components
-                .filter(|one| one.is_rust)
-                .map(|one| one.name.clone()),
-        );
+        programs.extend(selected.of(Language::Rust).map(|one| one.name.clone()));
         // Describes components.
         programs.push("rcgen".to_owned());
         if selected.wheel {
@@ -120,7 +118,76 @@ impl Build {
             }
             run(&mut cargo)?;
         }
+        if selected.has_cpp() {
+            run(self.cargo("--lib").args(["--package", LIBRARY.1]))?;
+        }
+        for component in selected.of(Language::Cpp) {
+            self.run_cmake(component)?;
+        }
         Ok(())
+    }
+
+    /// Builds the program of a component in C++, which finds the library where both are installed.
+    fn run_cmake(&self, component: &Component) -> Result<(), String> {
+        let build = self.target.join("cmake").join(&component.name);
+        let kind = match self.profile {
+            Profile::Release => "RelWithDebInfo",
+            Profile::Dev => "Debug",
+        };
+        let mut configure = Command::new("cmake");
+        configure
+            .args(["--log-level=WARNING", "-S"])
+            .arg(component.folder(self))
+            .arg("-B")
+            .arg(&build)
+            .arg(format!("-DCMAKE_BUILD_TYPE={kind}"))
+            .arg("-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON");
+        for (name, place) in [
+            ("robocomp_DIR", self.root.join("cpp/cmake")),
+            ("ROBOCOMP_LIBRARY", self.programs().join(LIBRARY.2)),
+            ("ROBOCOMP_PROGRAMS", self.programs()),
+            ("ROBOCOMP_FOLDER", component.place()),
+        ] {
+            configure.arg(format!("-D{name}={}", place.display()));
+        }
+        if self.profile == Profile::Release {
+            self.without_paths(&mut configure);
+        }
+        run(&mut configure)?;
+        let mut make = Command::new("cmake");
+        let jobs = std::env::var("CARGO_BUILD_JOBS").ok();
+        let jobs = jobs.unwrap_or_else(|| {
+            std::thread::available_parallelism()
+                .map_or(1, usize::from)
+                .to_string()
+        });
+        make.arg("--build").arg(&build).args(["--parallel", &jobs]);
+        run(&mut make)
+    }
+
+    /// Sources have the same paths in all programs of C and C++, whatever the folder of the build.
+    fn without_paths(&self, command: &mut Command) {
+        let flags = self.folders().map(|(from, to)| {
+            let from = from.display();
+            format!("-ffile-prefix-map={from}={to}")
+        });
+        let flags = flags.join(" ");
+        command
+            .env("CFLAGS", &flags)
+            .env("CXXFLAGS", &flags)
+            .env("SOURCE_DATE_EPOCH", self.time.to_string());
+    }
+
+    /// The folders of sources, with their names in programs.
+    fn folders(&self) -> [(PathBuf, &'static str); 2] {
+        let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+        let home = home
+            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))
+            .unwrap_or_default();
+        [
+            (home.join("registry/src"), CRATES),
+            (self.root.clone(), SOURCES),
+        ]
     }
 
     fn cargo(&self, selects: &str) -> Command {
@@ -137,32 +204,14 @@ impl Build {
         if self.profile == Profile::Dev {
             return cargo;
         }
-        let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
-        let home = home
-            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))
-            .unwrap_or_default();
-        let folders = [
-            (home.join("registry/src"), CRATES),
-            (self.root.clone(), SOURCES),
-        ];
-        let rust = folders.iter().map(|(from, to)| {
+        let rust = self.folders().map(|(from, to)| {
             let from = from.display();
             format!("--remap-path-prefix={from}={to}")
         });
-        let c = folders.iter().map(|(from, to)| {
-            let from = from.display();
-            format!("-ffile-prefix-map={from}={to}")
-        });
-        let c = c.collect::<Vec<_>>().join(" ");
+        self.without_paths(&mut cargo);
         cargo
             .args(["--target-dir".as_ref(), self.target.as_os_str()])
-            .env(
-                "CARGO_ENCODED_RUSTFLAGS",
-                rust.collect::<Vec<_>>().join("\u{1f}"),
-            )
-            .env("CFLAGS", &c)
-            .env("CXXFLAGS", &c)
-            .env("SOURCE_DATE_EPOCH", self.time.to_string())
+            .env("CARGO_ENCODED_RUSTFLAGS", rust.join("\u{1f}"))
             .env("ROBOCOMP_PACKAGED", "1");
         cargo
     }

@@ -3,6 +3,7 @@
 
 use crate::build::{Build, Profile, output, run};
 use crate::packages::{Architecture, LICENCES, Package};
+use crate::selection::LIBRARY;
 use crate::tree::{self, Needs};
 use crate::wheel::date;
 use crate::{hex, named};
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The findings of lintian that packages have on purpose, each with its reason.
-const OVERRIDDEN: [(&str, &str); 2] = [
+const OVERRIDDEN: [(&str, &str); 3] = [
     (
         "dir-or-file-in-opt",
         "the project has its own prefix, beside workspaces",
@@ -20,6 +21,10 @@ const OVERRIDDEN: [(&str, &str); 2] = [
     (
         "embedded-library libyaml *",
         "its translation into Rust, which is linked as all crates are",
+    ),
+    (
+        "custom-library-search-path *",
+        "programs in C++ take the library of the prefix, wherever that is",
     ),
 ];
 
@@ -136,10 +141,27 @@ fn system_packages(needs: &Needs, package: &str) -> Result<Vec<String>, String> 
     for library in &needs.libraries {
         match library.as_str() {
             "libgcc_s.so.1" => all.push("libgcc-s1 (>= 4.2)".to_owned()),
-            other => return Err(format!("{package}: no package is known for {other}")),
+            // It is named by the package of the component.
+            other if other == LIBRARY.2 => {}
+            other => all.push(
+                owner(other)
+                    .ok_or_else(|| format!("{package}: no package of this machine has {other}"))?,
+            ),
         }
     }
     Ok(all)
+}
+
+/// The package of this machine that has a library.
+fn owner(library: &str) -> Option<String> {
+    let mut search = Command::new("dpkg-query");
+    search.args(["--search", &format!("*/{library}")]);
+    let found = output(&mut search).ok()?;
+    // `libstdc++6:amd64: /usr/lib/x86_64-linux-gnu/libstdc++.so.6`. Packages of a cross compiler have it for
+    // another processor.
+    let own = format!(":{}: ", architecture());
+    let mut names = found.lines().filter_map(|line| line.split_once(&own));
+    names.next().map(|(name, _)| name.to_owned())
 }
 
 /// Copyright, changes, and the findings of lintian that are accepted.

@@ -1,13 +1,17 @@
-//! `cargo xtask dist`: packages for Debian, a wheel for Python, checksums and a bill of materials,
-//! from one build. Two runs on the same commit write the same bytes.
+//! `cargo xtask dist`: packages for Debian, a wheel for Python, the library crates, checksums and a
+//! bill of materials, from one build. Two runs on the same commit write the same bytes.
 //!
-//! [`build`] runs cargo, [`packages`] says what belongs into which package, [`deb`] and [`wheel`]
-//! write the formats, [`sbom`] the bill of materials, [`soak`] tests the packages in a clean system.
+//! [`build`] runs cargo and cmake, [`selection`] says which packages there are, [`packages`] what
+//! belongs into which one, [`deb`] and [`wheel`] write the formats, [`crates`] what crates.io gets, [`sbom`] the
+//! bill of materials, [`soak`] tests the packages in a clean system. [`book`] writes the documentation.
 
+mod book;
 mod build;
+mod crates;
 mod deb;
 mod packages;
 mod sbom;
+mod selection;
 mod soak;
 mod tree;
 mod wheel;
@@ -19,14 +23,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-Writes packages into a folder: .deb files, a wheel of Python, SHA256SUMS and a bill of materials.
+Writes packages into a folder: .deb files, a wheel of Python, library crates, SHA256SUMS and a bill of
+materials.
 
 usage: cargo xtask dist [OPTIONS]
 
   --out DIR            the folder (target/dist), whose packages of RoboComp are replaced
   --profile NAME       release, or dev: for tests, without the care for equal bytes on all machines
   --built              takes the programs that are built, and runs no cargo
-  --only NAME          one package of Debian, or `wheel`; may be given several times
+  --only NAME          one package of Debian, `wheel` or `crates`; may be given several times
+  --check              then builds each library crate from its package, as crates.io would get it
   --maintainer TEXT    `Name <mail>` in the packages of Debian ($DEBFULLNAME <$DEBEMAIL>, else the
                        author of the last commit)
   --soak               then tests the packages: with lintian, and in a clean Debian (needs root)
@@ -39,6 +45,7 @@ struct Arguments {
     built: bool,
     only: Vec<String>,
     maintainer: Option<String>,
+    check: bool,
     soak: bool,
 }
 
@@ -50,6 +57,7 @@ impl Arguments {
             built: false,
             only: Vec::new(),
             maintainer: None,
+            check: false,
             soak: false,
         };
         while let Some(word) = words.next() {
@@ -66,6 +74,7 @@ impl Arguments {
                 "--built" => arguments.built = true,
                 "--only" => arguments.only.push(value()?),
                 "--maintainer" => arguments.maintainer = Some(value()?),
+                "--check" => arguments.check = true,
                 "--soak" => arguments.soak = true,
                 "--help" | "-h" => return Ok(None),
                 other => return Err(format!("unknown option `{other}`; see --help")),
@@ -76,7 +85,11 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::parse(std::env::args().skip(1)) {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(("book", rest)) = words.split_first().map(|(first, rest)| (&**first, rest)) {
+        return ended("book", book::run_command(rest));
+    }
+    let arguments = match Arguments::parse(words.into_iter()) {
         Ok(Some(arguments)) => arguments,
         Ok(None) => {
             print!("{USAGE}");
@@ -87,10 +100,15 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    match write(&arguments) {
+    ended("dist", write(&arguments))
+}
+
+/// The exit code of a command, after it has said why it failed.
+fn ended(command: &str, outcome: Result<(), String>) -> ExitCode {
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
-            eprintln!("dist: error: {message}");
+            eprintln!("{command}: error: {message}");
             ExitCode::from(3)
         }
     }
@@ -108,12 +126,17 @@ fn write(arguments: &Arguments) -> Result<(), String> {
         }
         soak::check()?;
     }
-    let names = packages::selected(&build, &arguments.only)?;
+    let names = selection::selected(&build, &arguments.only)?;
     if !arguments.built {
         build.run(&names)?;
     }
     std::fs::create_dir_all(&out).map_err(named(&out))?;
-    remove_old(&out)?;
+    remove_old(&out, selection::is_ours)?;
+    let crates = out.join(crates::FOLDER);
+    if crates.is_dir() {
+        let names = crates::names(&build)?;
+        remove_old(&crates, |file| crates::is_ours(file, &names))?;
+    }
     // Next to the packages: a folder for temporary files may be in memory.
     let stage = tempfile::Builder::new().prefix(".stage-").tempdir_in(&out);
     let stage = stage.map_err(named(&out))?;
@@ -132,6 +155,9 @@ fn write(arguments: &Arguments) -> Result<(), String> {
     for package in &debs {
         written.push(deb::write(package, &build, &maintainer, &out)?);
     }
+    if names.crates {
+        written.extend(crates::write(&build, stage.path(), &out)?);
+    }
     if let Some(wheel) = wheel.filter(|_| names.wheel) {
         let place = out.join(wheel.file_name().unwrap_or_default());
         std::fs::rename(&wheel, &place).map_err(named(&place))?;
@@ -145,6 +171,9 @@ fn write(arguments: &Arguments) -> Result<(), String> {
     for path in &written {
         println!("wrote {}", path.display());
     }
+    if arguments.check {
+        crates::verify(&build)?;
+    }
     if arguments.soak {
         soak::run_all(&build, &out)?;
     }
@@ -152,15 +181,15 @@ fn write(arguments: &Arguments) -> Result<(), String> {
 }
 
 /// The endings of packages.
-const ENDINGS: [&str; 3] = [".deb", ".whl", ".cdx.json"];
+const ENDINGS: [&str; 4] = [".deb", ".whl", ".cdx.json", ".crate"];
 
 /// Removes what an earlier run wrote. The folder may have packages of others.
-fn remove_old(out: &Path) -> Result<(), String> {
+fn remove_old(out: &Path, is_ours: impl Fn(&str) -> bool) -> Result<(), String> {
     for entry in out.read_dir().map_err(named(out))? {
         let path = entry.map_err(named(out))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let is_package = ENDINGS.iter().any(|ending| name.ends_with(ending));
-        if is_package && packages::is_ours(&name) && path.is_file() {
+        if is_package && is_ours(&name) && path.is_file() {
             std::fs::remove_file(&path).map_err(named(&path))?;
         }
     }
@@ -172,7 +201,7 @@ fn sums(files: &[PathBuf], out: &Path) -> Result<(), String> {
     let mut text = String::new();
     for file in files {
         let bytes = std::fs::read(file).map_err(named(file))?;
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let name = file.strip_prefix(out).unwrap_or(file).display();
         let _ = writeln!(text, "{}  {name}", hex(&Sha256::digest(&bytes)));
     }
     let place = out.join("SHA256SUMS");

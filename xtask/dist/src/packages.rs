@@ -1,8 +1,9 @@
 //! What belongs into which package of Debian.
 
 use crate::build::{Build, output};
-use crate::{deb, named, tree, wheel};
-use std::collections::{BTreeMap, BTreeSet};
+use crate::selection::{Component, LIBRARY, Language, Selection, TOOLS, components};
+use crate::{book, deb, named, tree, wheel};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -10,36 +11,8 @@ use std::process::Command;
 pub(crate) const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
 
 /// The prefix of packages, as `rc_codegen::installed` has it, without the `/` in front.
-const PREFIX: &str = "opt/robocomp";
+pub(crate) const PREFIX: &str = "opt/robocomp";
 
-/// The programs of the tools, with what each is for, and its crate.
-const TOOLS: [(&str, &str, &str); 5] = [
-    (
-        "rcgen",
-        "generator of robot components from their descriptions",
-        "rcgen",
-    ),
-    (
-        "rcdeploy",
-        "checks, starts and supervises networks of robot components",
-        "rc-deploy",
-    ),
-    (
-        "rcview",
-        "viewer and editor of InnerModel scenes",
-        "innermodel-viewer",
-    ),
-    (
-        "rcfoxglove",
-        "server of robot networks for Foxglove",
-        "rc-foxglove",
-    ),
-    (
-        "rcforward",
-        "converter and proxy between robot components",
-        "rc-forward",
-    ),
-];
 /// Tools that write completion scripts and pages of their own.
 const DOCUMENTED: [&str; 2] = ["rcgen", "rcdeploy"];
 
@@ -58,9 +31,6 @@ const HAL: [&str; 8] = [
     "usb_camera",
 ];
 
-/// Components that are no use outside of this project's tests.
-const LEFT_OUT: [&str; 1] = ["interop"];
-
 /// Files beside a `.cdsl` that networks name.
 const DATA: [&str; 5] = ["gdsl", "map", "obj", "urdf", "xml"];
 
@@ -71,117 +41,6 @@ const PYTHON: [(&str, &str); 2] = [
 ];
 
 const PROJECT: &str = "RoboComp describes robots as networks of processes, by small text files.";
-
-/// A component that can be packed.
-pub(crate) struct Component {
-    pub(crate) name: String,
-    pub(crate) is_rust: bool,
-    summary: String,
-}
-
-impl Component {
-    fn package(&self) -> String {
-        format!("robocomp-{}", self.name.replace('_', "-"))
-    }
-
-    fn path(&self, build: &Build) -> PathBuf {
-        let folder = build.root.join("components").join(&self.name);
-        folder.join(format!("{}.cdsl", self.name))
-    }
-}
-
-/// The packages to write.
-pub(crate) struct Selection {
-    pub(crate) tools: Vec<&'static str>,
-    pub(crate) components: Vec<Component>,
-    /// The package for Python.
-    pub(crate) python: bool,
-    pub(crate) wheel: bool,
-    /// Names of the others.
-    others: BTreeSet<&'static str>,
-}
-
-impl Selection {
-    /// The crates that are linked into the programs.
-    pub(crate) fn crates(&self) -> BTreeSet<String> {
-        let tools = TOOLS.iter().filter(|(tool, ..)| self.tools.contains(tool));
-        let mut all: BTreeSet<String> = tools.map(|(.., name)| (*name).to_owned()).collect();
-        let components = self.components.iter().filter(|one| one.is_rust);
-        all.extend(components.map(|one| one.name.clone()));
-        if self.python || self.wheel {
-            all.extend(wheel::MODULES.iter().map(|(name, ..)| (*name).to_owned()));
-        }
-        all
-    }
-}
-
-const META: [&str; 3] = ["robocomp-tools", "robocomp-components", "robocomp-hal"];
-const OTHERS: [&str; 3] = ["robocomp-interfaces", "robocomp-data", "robocomp-doc"];
-
-/// The packages of these names; all without names.
-pub(crate) fn selected(build: &Build, only: &[String]) -> Result<Selection, String> {
-    let components = components(build)?;
-    let mut known: BTreeSet<String> = components.iter().map(Component::package).collect();
-    known.extend(TOOLS.map(|(name, ..)| name.to_owned()));
-    known.extend(META.iter().chain(&OTHERS).map(|&name| name.to_owned()));
-    known.extend(["python3-robocomp", "wheel"].map(str::to_owned));
-    if let Some(unknown) = only.iter().find(|name| !known.contains(*name)) {
-        let known = known.into_iter().collect::<Vec<_>>().join(", ");
-        return Err(format!("`--only {unknown}`: there are {known}"));
-    }
-    let wanted = |name: &str| only.is_empty() || only.iter().any(|one| one == name);
-    let tools = TOOLS.iter().map(|(tool, ..)| *tool);
-    let others = META.into_iter().chain(OTHERS);
-    Ok(Selection {
-        tools: tools.filter(|tool| wanted(tool)).collect(),
-        components: components
-            .into_iter()
-            .filter(|one| wanted(&one.package()))
-            .collect(),
-        python: wanted("python3-robocomp"),
-        wheel: wanted("wheel"),
-        others: others.filter(|name| wanted(name)).collect(),
-    })
-}
-
-/// Whether a file has the name of a package, of this version or another one.
-pub(crate) fn is_ours(file: &str) -> bool {
-    let name = file.split('_').next().unwrap_or_default();
-    name.starts_with("robocomp-")
-        || name == "python3-robocomp"
-        || TOOLS.iter().any(|(tool, ..)| name == *tool)
-}
-
-/// The components of this project that can be installed: those in Rust and Python.
-fn components(build: &Build) -> Result<Vec<Component>, String> {
-    let folder = build.root.join("components");
-    let mut all = Vec::new();
-    for entry in folder.read_dir().map_err(named(&folder))? {
-        let name = entry.map_err(named(&folder))?.file_name();
-        let name = name.to_string_lossy().into_owned();
-        let path = folder.join(&name).join(format!("{name}.cdsl"));
-        if LEFT_OUT.contains(&name.as_str()) || !path.is_file() {
-            continue;
-        }
-        let text = std::fs::read_to_string(&path).map_err(named(&path))?;
-        let says = |language: &str| text.contains(&format!("language {language};"));
-        if says("cpp") {
-            continue;
-        }
-        let summary = text
-            .lines()
-            .next()
-            .and_then(|line| line.strip_prefix("// "));
-        let summary = summary.ok_or(format!("{}: its first line is no comment", path.display()))?;
-        all.push(Component {
-            is_rust: !says("python"),
-            summary: summary.to_owned(),
-            name,
-        });
-    }
-    all.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(all)
-}
 
 /// Whether a package has programs of one architecture.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -291,6 +150,7 @@ pub(crate) fn all(
                 package
             }
             "robocomp-interfaces" => interfaces(build, stage)?,
+            "robocomp-cpp" => library(build, stage)?,
             "robocomp-doc" => documentation(build, stage)?,
             // With the components.
             _ => continue,
@@ -372,7 +232,12 @@ fn installed(build: &Build, selected: &Selection, stage: &Path) -> Result<Vec<Pa
     for component in &selected.components {
         let mut rcgen = Command::new(build.programs().join("rcgen"));
         rcgen.args(["install", "--profile", build.profile.word(), "--prefix"]);
-        rcgen.arg(&prefix).arg(component.path(build));
+        rcgen.arg(&prefix);
+        rcgen.arg(
+            component
+                .folder(build)
+                .join(format!("{}.cdsl", component.name)),
+        );
         rcgen.env("CARGO_TARGET_DIR", &build.target);
         let printed = output(&mut rcgen)?;
         let files = printed.lines().filter_map(|line| line.strip_prefix("  "));
@@ -382,12 +247,13 @@ fn installed(build: &Build, selected: &Selection, stage: &Path) -> Result<Vec<Pa
         // Its program was built with these interfaces.
         package.depends.push(exactly("robocomp-interfaces"));
         package.recommends.push("rcdeploy".to_owned());
-        if component.is_rust {
-            package.architecture = Architecture::Any;
-        } else {
+        if component.language == Language::Python {
             package.depends.extend(requirements(build, component)?);
-            let folder = format!("/{PREFIX}/components/{}", component.name);
-            package.scripts.push(("prerm", without_compiled(&folder)));
+            let folder = component.place();
+            let script = without_compiled(&folder.to_string_lossy());
+            package.scripts.push(("prerm", script));
+        } else {
+            package.architecture = Architecture::Any;
         }
         let own = Path::new("components").join(&component.name);
         for file in files.map(Path::new) {
@@ -412,6 +278,8 @@ fn installed(build: &Build, selected: &Selection, stage: &Path) -> Result<Vec<Pa
                 package
                     .depends
                     .push(exactly(&format!("robocomp-{}", other.replace('_', "-"))));
+            } else if file.starts_with("lib") {
+                package.depends.push(exactly(LIBRARY.0));
             } else if !file.starts_with("interfaces") {
                 package.depends.push(exactly(&data.name));
                 tree::copy(&from, &data.below_prefix(file))?;
@@ -496,6 +364,18 @@ fn interfaces(build: &Build, stage: &Path) -> Result<Package, String> {
     Ok(package)
 }
 
+/// The library of components in C++, where their programs look for it.
+fn library(build: &Build, stage: &Path) -> Result<Package, String> {
+    let (name, _, file) = LIBRARY;
+    let mut package = Package::new(name, "library of components of RoboComp in C++", stage);
+    package.architecture = Architecture::Any;
+    package.section = "libs";
+    let place = package.below_prefix(&Path::new("lib").join(file));
+    tree::copy_program(&build.programs().join(file), &place)?;
+    tree::set_mode(&place, false)?;
+    Ok(package)
+}
+
 /// The package for the Python of the system, with the wheel for environments.
 fn python(build: &Build, wheel: Option<&Path>, stage: &Path) -> Result<Package, String> {
     let mut package = Package::new(
@@ -534,6 +414,10 @@ fn documentation(build: &Build, stage: &Path) -> Result<Package, String> {
     for file in tree::files(&docs)? {
         tree::copy(&docs.join(&file), &place.join("docs").join(&file))?;
     }
+    let pages = place.join("html");
+    book::write(build, &pages, false)?;
+    let mark = pages.join(book::MARK);
+    std::fs::remove_file(&mark).map_err(named(&mark))?;
     for file in [
         "README.md",
         "ARCHITECTURE.md",

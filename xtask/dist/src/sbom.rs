@@ -2,7 +2,7 @@
 //! 1.5 lists them.
 
 use crate::build::{Build, output};
-use crate::{named, packages};
+use crate::{named, selection};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ pub(crate) fn write(build: &Build, out: &Path) -> Result<PathBuf, String> {
         .current_dir(&build.root);
     let metadata: Value = serde_json::from_str(&output(&mut cargo)?)
         .map_err(|error| format!("cargo metadata: {error}"))?;
-    let roots = packages::selected(build, &[])?.crates();
+    let roots = selection::selected(build, &[])?.crates();
     let bill = bill(&metadata, &roots, &checksums(&build.root)?, &build.version)?;
     let place = out.join(format!("robocomp-{}.cdx.json", build.version));
     let text = serde_json::to_string_pretty(&bill).map_err(|error| error.to_string())?;

@@ -2,7 +2,7 @@
 //! they are installed, a network runs without cargo and without a connection, and nothing stays
 //! when they are removed.
 
-use crate::build::{Build, run};
+use crate::build::{Build, output, run};
 use crate::{named, tree};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,13 +10,6 @@ use std::process::Command;
 
 /// The release of Debian, which has a Python that the package for Python accepts.
 const RELEASE: &str = "bookworm";
-
-/// Packages that are not installed, because one component needs `OpenCV`, hundreds of megabytes.
-const LEFT_OUT: [&str; 3] = [
-    "robocomp-line-camera-detector",
-    "robocomp-components",
-    "robocomp-hal",
-];
 
 /// What is done in the clean system, in which `/packages` has the packages.
 const SCRIPT: &str = r"set -eu
@@ -26,7 +19,8 @@ if command -v cargo; then exit 1; fi
 mkdir /robot && cd /robot
 cp /packages/patrol.ddsl .
 sed 's/Deployment patrol/Deployment second/; s/avoider\.cdsl/avoider_python.cdsl/' patrol.ddsl > second.ddsl
-for network in patrol second; do
+sed 's/Deployment patrol/Deployment third/; s/avoider\.cdsl/avoider_cpp.cdsl/' patrol.ddsl > third.ddsl
+for network in patrol second third; do
     rcdeploy up --detach $network.ddsl
     timeout 60 rcdeploy echo $network newFullPose --once
     # A newer package under a running network.
@@ -38,13 +32,21 @@ for network in patrol second; do
     rm patrol.svg
 done
 rcgen new --help > /dev/null
+# With the OpenCV and the Qt of this Debian.
+cp /opt/robocomp/components/networks/detect* .
+rcdeploy up --detach detect.ddsl
+timeout 60 rcdeploy echo detect newObjects --once
+rcdeploy down detect
+QT_QPA_PLATFORM=offscreen rcdeploy up --detach /opt/robocomp/components/networks/panel.ddsl
+rcdeploy down panel
 python3 -c 'import robocomp, robocomp.innermodel, robocomp.graph'
 cd / && rm -r /robot /root/.local
 dpkg --purge $(dpkg-query --show --showformat '${Package}\n' 'robocomp-*' python3-robocomp 'rc*' | grep -v '^rcs$') > /dev/null
 ";
 
 /// The programs that the test runs, with their packages.
-const PROGRAMS: [(&str, &str); 4] = [
+const PROGRAMS: [(&str, &str); 5] = [
+    ("cmake", "cmake g++ qt6-base-dev"),
     ("lintian", "lintian"),
     ("mmdebstrap", "mmdebstrap"),
     ("unshare", "util-linux"),
@@ -80,25 +82,14 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     println!("lintian: {} packages, nothing found", debs.len());
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let root = folder.path().join("root");
+    let include = format!("--include={}", needed(&debs)?);
     run(Command::new("mmdebstrap")
-        .args([
-            "--quiet",
-            "--variant=minbase",
-            "--include=python3-numpy",
-            RELEASE,
-        ])
+        .args(["--quiet", "--variant=minbase", &include, RELEASE])
         .arg(&root))?;
     let before = files(&root)?;
     let packages = root.join("packages");
     for deb in &debs {
-        let name = deb.file_name().unwrap_or_default();
-        let text = name.to_string_lossy();
-        if !LEFT_OUT
-            .iter()
-            .any(|name| text.starts_with(&format!("{name}_")))
-        {
-            tree::copy(deb, &packages.join(name))?;
-        }
+        tree::copy(deb, &packages.join(deb.file_name().unwrap_or_default()))?;
     }
     let network = "components/networks/patrol.ddsl";
     tree::copy(&build.root.join(network), &packages.join("patrol.ddsl"))?;
@@ -120,7 +111,7 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
         .map(|path| path.display().to_string())
         .collect();
     if left.is_empty() {
-        println!("a clean Debian: two networks ran, and nothing is left");
+        println!("a clean Debian: five networks ran, and nothing is left");
         Ok(())
     } else {
         Err(format!(
@@ -128,6 +119,20 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
             left.join(", ")
         ))
     }
+}
+
+/// The packages of Debian that the packages depend on, separated by commas.
+fn needed(debs: &[PathBuf]) -> Result<String, String> {
+    let (mut own, mut needed) = (BTreeSet::new(), BTreeSet::new());
+    for deb in debs {
+        let field = |name| output(Command::new("dpkg-deb").arg("-f").arg(deb).arg(name));
+        own.insert(field("Package")?.trim().to_owned());
+        for name in field("Depends")?.split(',') {
+            needed.extend(name.split_whitespace().next().map(str::to_owned));
+        }
+    }
+    let foreign: Vec<String> = needed.difference(&own).cloned().collect();
+    Ok(foreign.join(","))
 }
 
 /// The files of a system, without what its package manager notes.

@@ -3,6 +3,8 @@
 //!
 //! A topic carries bytes, see `shim.c`: a type is only a name. This crate holds all `unsafe` code
 //! of the backend. Each block argues that what C gets lives at least as long as C uses it.
+//!
+#![doc = include_str!("example.md")]
 
 mod raw;
 mod sample;

@@ -1,4 +1,6 @@
 //! Types of ROS 2: their fields as text, their descriptions, and their hashes.
+//!
+#![doc = include_str!("example.md")]
 
 mod description;
 pub mod words;

@@ -1,4 +1,6 @@
 //! Texts, boxes and lines as SVG, for pictures of networks, of state machines and of graphs.
+//!
+#![doc = include_str!("example.md")]
 
 mod text;
 

@@ -1,0 +1,5 @@
+//! Runs the component `steady`.
+
+fn main() -> std::process::ExitCode {
+    steady_generated::run::<steady::SpecificWorker>()
+}

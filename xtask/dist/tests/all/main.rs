@@ -1,0 +1,5 @@
+//! What `cargo xtask dist` writes.
+
+mod book;
+mod crates;
+mod packages;
