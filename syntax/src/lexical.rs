@@ -7,10 +7,10 @@ use rc_diagnostics::{Diagnostic, SourceId, Span, stray_character};
 use rc_vocabulary::duration;
 
 /// Units of time of other languages, as people write them after a number.
-const FOREIGN_UNITS: [&str; 24] = [
-    "m", "mins", "minute", "minutes", "sec", "secs", "second", "seconds", "h", "hr", "hour",
-    "hours", "d", "day", "days", "msec", "msecs", "millis", "usec", "usecs", "micros", "ns",
-    "nsec", "nanos",
+const FOREIGN_UNITS: [&str; 23] = [
+    "m", "mins", "minute", "minutes", "sec", "secs", "second", "seconds", "hr", "hour", "hours",
+    "d", "day", "days", "msec", "msecs", "millis", "usec", "usecs", "micros", "ns", "nsec",
+    "nanos",
 ];
 
 /// The findings of `text`, in order. The parser skips the declarations around the errors.
@@ -129,7 +129,8 @@ impl Piece<'_> {
                 found.push(diagnostic.help(match unit {
                     "m" | "mins" | "minute" | "minutes" => "write `min` for minutes",
                     "sec" | "secs" | "second" | "seconds" => "write `s` for seconds",
-                    _ => "the units are `us`, `ms`, `s` and `min`",
+                    "hour" | "hours" | "hr" => "write `h` for hours",
+                    _ => "the units are `us`, `ms`, `s`, `min` and `h`",
                 }));
             }
             at += joined;
@@ -250,7 +251,7 @@ mod tests {
             ("2m", "m"),
             ("3 sec", "sec"),
             ("1.5e3hz", "hz"),
-            ("1 h;", "h"),
+            ("1 d;", "d"),
         ] {
             let shown = found(text);
             assert!(

@@ -1,4 +1,4 @@
-//! Durations as people write them: `50ms`, `1.5 s`, `2min`, `10us`.
+//! Durations as people write them: `50ms`, `1.5 s`, `2min`, `1h`, `10us`.
 //!
 //! This module is the only place where text becomes a duration, in descriptions, configurations
 //! and command lines. Durations are counts of nanoseconds. Parsing is exact: no step goes through
@@ -10,14 +10,15 @@ use std::time::Duration;
 pub(crate) const LONGEST: Duration = Duration::from_hours(24);
 
 /// The units, each with its length in nanoseconds.
-const UNITS: [(&str, u64); 4] = [
+const UNITS: [(&str, u64); 5] = [
     ("us", 1_000),
     ("ms", 1_000_000),
     ("s", 1_000_000_000),
     ("min", 60_000_000_000),
+    ("h", 3_600_000_000_000),
 ];
 
-/// Parses a number with a unit (`us`, `ms`, `s` or `min`) into nanoseconds.
+/// Parses a number with a unit (`us`, `ms`, `s`, `min` or `h`) into nanoseconds.
 ///
 /// The number may have a fraction and an exponent. A fraction of a nanosecond is rounded to the
 /// nearest one. A duration beyond `u64::MAX` nanoseconds gives `u64::MAX`.
@@ -61,7 +62,7 @@ pub fn unknown_unit(text: &str) -> Option<&'static str> {
     let has_number = number
         .trim_start_matches(['+', '-', '.'])
         .starts_with(|c: char| c.is_ascii_digit());
-    (has_number && !is_unit(word)).then_some("unknown unit; the units are us, ms, s and min")
+    (has_number && !is_unit(word)).then_some("unknown unit; the units are us, ms, s, min and h")
 }
 
 /// The help for a `text` that is not a valid duration: first what is wrong with its unit, then what
@@ -211,6 +212,7 @@ mod tests {
     fn numbers_have_fractions_exponents_and_spaces() {
         for (written, ns) in [
             ("2min", 120_000_000_000),
+            ("1.5 h", 5_400_000_000_000),
             (" 1.5 s ", 1_500_000_000),
             ("+.5s", 500_000_000),
             ("1.ms", 1_000_000),
@@ -233,7 +235,7 @@ mod tests {
     #[test]
     fn other_texts_are_no_durations() {
         for written in [
-            "", "50", "-1s", "-0s", "s", ".s", "1.2.3s", "1e s", "1e+s", "1 h", "infs", "nans",
+            "", "50", "-1s", "-0s", "s", ".s", "1.2.3s", "1e s", "1e+s", "1 d", "infs", "nans",
             "1ns", "0x1s", "1_0s",
         ] {
             assert_eq!(parse(written), None, "{written}");

@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The longest line of a schema, in bytes, unless a single value is longer.
 const LINE: usize = 140;
 /// The format of a duration, as `rc_vocabulary::duration::parse` reads it.
-const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min)\s*$";
+const DURATION: &str = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*(us|ms|s|min|h)\s*$";
 /// The format of the address of a slot: names with `/` between them.
 const ADDRESS: &str = "^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$";
 /// The formats of a namespace of ROS 2, of the name of a node, and of rules.

@@ -157,7 +157,7 @@ fn a_parameter_is_changed_and_saved_at_run_time() {
         logs.stdout.lines().all(|line| line.contains("pose x=")),
         "{logs:?}"
     );
-    let ever = site.rcdeploy(&["logs", net, "monitor", "--since", "1h"], false);
+    let ever = site.rcdeploy(&["logs", net, "monitor", "--since", "1d"], false);
     assert!(
         ever.code == 2 && ever.stderr.contains("as in `90s`"),
         "{ever:?}"

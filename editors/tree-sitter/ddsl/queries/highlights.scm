@@ -1,5 +1,5 @@
 (comment) @comment
-["address" "after" "age" "all" "and" "arch" "args" "at" "backoff" "bind" "build" "by" "cdsl" "chain" "component" "config" "convert" "cpu" "deployment" "domain" "endpoint" "env" "exact" "executable" "export" "external" "false" "frames" "from" "group" "host" "hung" "import" "jobs" "keep" "late" "link" "max" "middleware" "min" "ms" "nice" "not" "or" "parameters" "priority" "process" "proxy" "ready" "record" "remote" "require" "restart" "ring" "s" "schema" "simulated" "slots" "start" "stop" "system" "through" "time" "to" "transport" "true" "us" "user" "via" "within" "workspace" "world"] @keyword
+["address" "after" "age" "all" "and" "arch" "args" "at" "backoff" "bind" "build" "by" "cdsl" "chain" "component" "config" "convert" "cpu" "deployment" "domain" "endpoint" "env" "exact" "executable" "export" "external" "false" "frames" "from" "group" "h" "host" "hung" "import" "jobs" "keep" "late" "link" "max" "middleware" "min" "ms" "nice" "not" "or" "parameters" "priority" "process" "proxy" "ready" "record" "remote" "require" "restart" "ring" "s" "schema" "simulated" "slots" "start" "stop" "system" "through" "time" "to" "transport" "true" "us" "user" "via" "within" "workspace" "world"] @keyword
 (deployment "deployment" . (name) @type)
 (component "component" . (name) @type)
 (host_ref "host" . (name) @type)

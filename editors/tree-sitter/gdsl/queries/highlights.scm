@@ -1,5 +1,5 @@
 (comment) @comment
-["composed_by" "consistency" "domain" "dproto" "entity" "history" "import" "interpolated" "key" "min" "ms" "of" "open" "optional" "promotes" "query" "relation" "require" "s" "topic" "tree" "unit" "us"] @keyword
+["composed_by" "consistency" "domain" "dproto" "entity" "h" "history" "import" "interpolated" "key" "min" "ms" "of" "open" "optional" "promotes" "query" "relation" "require" "s" "topic" "tree" "unit" "us"] @keyword
 (domain "domain" . (name) @type)
 (entity "entity" . (name) @type)
 (composed_by "composed_by" . (name) @type)

@@ -1,5 +1,5 @@
 (comment) @comment
-["command" "const" "dictionary" "enum" "exception" "extends" "idempotent" "import" "interface" "min" "module" "ms" "out" "publish" "query" "s" "sequence" "string" "struct" "throws" "us"] @keyword
+["command" "const" "dictionary" "enum" "exception" "extends" "h" "idempotent" "import" "interface" "min" "module" "ms" "out" "publish" "query" "s" "sequence" "string" "struct" "throws" "us"] @keyword
 (module "module" . (name) @type)
 (enum_decl "enum" . (name) @type)
 (struct_decl "struct" . (name) @type)

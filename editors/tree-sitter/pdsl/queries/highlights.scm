@@ -1,5 +1,5 @@
 (comment) @comment
-["and" "componentparams" "element" "f" "false" "group" "import" "list" "min" "ms" "not" "of" "or" "reads" "require" "restart" "s" "secret" "t" "true" "unit" "us"] @keyword
+["and" "componentparams" "element" "f" "false" "group" "h" "import" "list" "min" "ms" "not" "of" "or" "reads" "require" "restart" "s" "secret" "t" "true" "unit" "us"] @keyword
 (params "componentparams" . (name) @type)
 (list "list" . (name) @type)
 (group "group" . (name) @type)

@@ -427,12 +427,12 @@ fn every_line_that_is_no_toml_is_reported_and_says_what_a_number_is() {
         "#]],
     );
     check(
-        "[component]\nperiod = \"2m\"\n[middleware.dds]\nlease = \"3 sec\"\n[parameters]\ntimeout = \"1h\"\n",
+        "[component]\nperiod = \"2m\"\n[middleware.dds]\nlease = \"3 sec\"\n[parameters]\ntimeout = \"1d\"\n",
         &expect![[r#"
-            config.toml:2:10: error[wrong-type]: `component.period` cannot be the string "2m" (unknown unit; the units are us, ms, s and min; allowed is a duration such as "50ms", or a number of milliseconds)
-            config.toml:4:9: error[wrong-type]: `middleware.dds.lease` cannot be the string "3 sec" (unknown unit; the units are us, ms, s and min; allowed is a duration of at least 100ms, at most a day)
+            config.toml:2:10: error[wrong-type]: `component.period` cannot be the string "2m" (unknown unit; the units are us, ms, s, min and h; allowed is a duration such as "50ms", or a number of milliseconds)
+            config.toml:4:9: error[wrong-type]: `middleware.dds.lease` cannot be the string "3 sec" (unknown unit; the units are us, ms, s, min and h; allowed is a duration of at least 100ms, at most a day)
             config.toml:5:1: error[missing-parameter]: `motors` must be set (allowed is a list of tables, 1 to 3 elements)
-            config.toml:6:11: error[wrong-type]: `timeout` cannot be the string "1h" (unknown unit; the units are us, ms, s and min; allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
+            config.toml:6:11: error[wrong-type]: `timeout` cannot be the string "1d" (unknown unit; the units are us, ms, s, min and h; allowed is a duration such as "50ms", or a number of milliseconds, from 1ms to 2s)
         "#]],
     );
 }

@@ -10,7 +10,7 @@ const NAME: &str = "[A-Za-z_][A-Za-z0-9_]*";
 const NUMBER: &str = "-?(0x[0-9A-Fa-f]+|[0-9]+(\\.[0-9]+)?([eE][+-]?[0-9]+)?)";
 const STRING: &str = "\"(\\\\[^\\n\\r]|[^\"\\\\\\n\\r])*\"";
 const COMMENT: &str = "\\/\\/[^\\n\\r]*|\\/\\*([^*]|\\*+[^*\\/])*\\*+\\/";
-const UNITS: [&str; 4] = ["us", "ms", "min", "s"];
+const UNITS: [&str; 5] = ["us", "ms", "min", "s", "h"];
 
 /// The grammar of a language for tree-sitter.
 pub(crate) struct TreeSitter<'g> {
