@@ -1,6 +1,7 @@
 //! The network of a process, and the folder in which the processes of a network find each other.
 
 use crate::{Settings, WakeEvent};
+use rc_vocabulary::shell;
 use std::fs::Permissions;
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
@@ -57,7 +58,7 @@ impl RunDirectory {
             let message = format!(
                 "{} {reason}; write `{command} {}`, or set XDG_RUNTIME_DIR to a private folder",
                 base.display(),
-                shell_word(base)
+                shell::word(&base.to_string_lossy())
             );
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
         }
@@ -147,17 +148,6 @@ fn not_private(found: &std::fs::Metadata, uid: u32) -> Option<Refused> {
     Some(Refused { reason, command })
 }
 
-/// A path as a word of a shell.
-fn shell_word(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
-    if text.chars().all(is_plain) {
-        text
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
-}
-
 /// The name and the number of a user, as in `mia (1001)`.
 pub fn user_name(uid: u32) -> String {
     let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
@@ -236,7 +226,6 @@ mod tests {
         std::fs::rename(&base, folder.join("other")).expect("it can be moved");
         std::os::unix::fs::symlink(folder.join("other"), &base).expect("a link");
         refused(open(uid), "rm");
-        assert_eq!(shell_word(Path::new("/a b/it's")), r"'/a b/it'\''s'");
         std::fs::remove_dir_all(folder).expect("it is ours");
     }
 }

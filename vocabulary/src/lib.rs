@@ -22,6 +22,7 @@
 //! - [`Restart`]: when a component restarts.
 //! - [`Role`]: the ends of a connection.
 //! - [`ros`]: names of ROS 2, and rules that remap them.
+//! - [`shell`]: words of a command line.
 //! - [`Stamp`]: where a message has a time that programs outside copy.
 //! - [`Type`]: types where they are used, over any form of names.
 //! - [`WORLD_SLOTS`]: the topics by which the replicas of a world meet.
@@ -54,6 +55,7 @@ mod restart;
 mod role;
 pub mod ros;
 mod scalar;
+pub mod shell;
 mod stamp;
 mod target;
 mod types;

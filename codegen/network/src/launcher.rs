@@ -12,7 +12,7 @@ use rc_codegen::files::GENERATED;
 use rc_codegen::note::Note;
 use rc_codegen::paths::normal;
 use rc_codegen::{Project, generate, python};
-use rc_vocabulary::Middlewares;
+use rc_vocabulary::{Middlewares, shell};
 use std::ffi::OsString;
 use std::io;
 use std::os::unix::fs::PermissionsExt;
@@ -308,7 +308,7 @@ fn text(
     oldest: (u32, u32),
     note: &Note,
 ) -> Result<String, Error> {
-    let place = quoted(named(&normal(place))?);
+    let place = shell::word(named(&normal(place))?);
     let root = format!(
         "case $0 in\n\
          *{place}) root=${{0%{place}}} ;;\n\
@@ -332,7 +332,7 @@ fn script(
     (major, minor): (u32, u32),
     note: &Note,
 ) -> Result<String, Error> {
-    let below = |path: &str| format!("\"$root\"{}", quoted(path));
+    let below = |path: &str| format!("\"$root\"{}", shell::word(path));
     let paths = paths.iter().map(|path| Ok(below(listed(path)?)));
     let paths = paths.collect::<Result<Vec<String>, Error>>()?.join(":");
     let native = native.iter().map(|(name, path)| {
@@ -385,11 +385,6 @@ fn script(
          # {}\n",
         note.to_text()
     ))
-}
-
-/// A text in single quotes of a shell.
-fn quoted(text: &str) -> String {
-    format!("'{}'", text.replace('\'', "'\\''"))
 }
 
 impl Launcher {

@@ -5,6 +5,7 @@
 //! Dockerfile keeps everything else out of it.
 
 use super::{Machine, Source};
+use rc_vocabulary::shell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -46,7 +47,10 @@ pub(super) fn image(
         "# {}\n# Build it after the programs: `{command}`, where FOLDER is the folder of this file.\n# The C library of BASE must not be older than that of the machine that built the programs:\n# `--build-arg BASE=ubuntu:24.04`.\nARG BASE=debian:stable-slim\nFROM ${{BASE}}\n",
         source.head()
     );
-    let folders: Option<Vec<String>> = folders.iter().map(|f| Some(shell(f.to_str()?))).collect();
+    let folders: Option<Vec<String>> = folders
+        .iter()
+        .map(|f| Some(shell::word(f.to_str()?)))
+        .collect();
     let folders = folders?.join(" \\\n    ");
     // Components save parameters in the folders of their configurations.
     text += &format!(
@@ -97,15 +101,6 @@ fn pattern(path: &str) -> String {
     out
 }
 
-/// A word of a command line of `sh`.
-fn shell(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+@%:,=".contains(c);
-    if text.chars().all(plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', "'\\''"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +120,5 @@ mod tests {
     #[test]
     fn what_means_something_to_others_is_escaped() {
         assert_eq!(pattern("a[1]*?"), "a[[]1][*][?]");
-        assert_eq!(shell("/a b/it's"), "'/a b/it'\\''s'");
     }
 }
