@@ -202,6 +202,7 @@ fn the_tests_of_components_pass() {
         "components/lidar",
         "components/line_camera_detector",
         "components/mapper",
+        "components/usb_camera",
         "xtask/bench/ping_python",
         "xtask/bench/pong_python",
         "deploy/tests/programs/rack_python",
