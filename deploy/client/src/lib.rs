@@ -18,6 +18,7 @@ pub mod network_parameters;
 pub mod params;
 pub mod perfetto;
 pub mod place;
+pub mod start_report;
 pub mod states;
 pub mod status;
 mod watch;

@@ -11,6 +11,7 @@
 //! - [`Poller`]: repeats a look on a thread of its own.
 //! - [`RemoteClock`]: how far the clocks of another machine are ahead.
 //! - [`send_transport`], [`receive_transport`]: how long messages need from process to process.
+//! - [`latencies`]: how long messages need over each connection of a network.
 //! - [`TimeTopic`], [`TimeSource`]: the time of the network, received and published.
 //!
 //! A tool is not a peer: it takes no place of a component, delays no message, and no component
@@ -21,6 +22,7 @@ mod backends;
 mod calls;
 mod clock;
 mod error;
+mod latency;
 mod lookup;
 mod network;
 mod observer;
@@ -36,6 +38,7 @@ mod transport;
 pub use calls::{Answer, call};
 pub use clock::{Estimate, MachineClock, Offset, RemoteClock};
 pub use error::Error;
+pub use latency::{ConnectionLatency, Latencies, latencies};
 pub use lookup::nearest_of;
 pub use network::{Component, End, Network, Operation, Service, Topic};
 pub use observer::{FeedId, MessageKind, Observed, Observer};

@@ -258,7 +258,7 @@ pub(super) fn since(text: &str) -> Result<SystemTime, String> {
         return Ok(time);
     }
     let before = duration(text).map_err(|_| {
-        "expected a time before now, as in `90s` or `10min`, or a time of a log, as in `2026-01-31T12:00:00Z`"
+        "expected a time before now, as in `90s`, `10min` or `2h`, or a time of a log, as in `2026-01-31T12:00:00Z`"
             .to_owned()
     })?;
     let now = SystemTime::now();

@@ -9,7 +9,7 @@ use super::completion::{
 use super::debugging::Debugging;
 use super::meaning::ConversionOptions;
 use super::world::WorldAction;
-use super::{bag, chains, foxglove, play, record, replay, transport};
+use super::{bag, bench, chains, foxglove, play, record, replay, transport};
 use clap::{ArgAction, Parser, Subcommand};
 use rc_command_line::{Common, files, words};
 use rc_deploy_client::{Format, Level};
@@ -141,6 +141,10 @@ pub(super) enum Command {
         /// The network or its .ddsl. Optional if only one network is up.
         #[arg(add = networks())]
         network: Option<String>,
+        /// Shows the last start instead, also of a network that has ended: its critical chain, which
+        /// is the component that was ready last, the one that it waited for, and so on.
+        #[arg(long)]
+        start: bool,
         /// The form of the output: human or json (one document).
         #[arg(long, default_value = "human", value_parser = format, add = words(&["human", "json"]))]
         format: Format,
@@ -148,6 +152,12 @@ pub(super) enum Command {
     /// Shows the times of the chains of a running network or of a recording, by hops, and lost
     /// messages.
     Chains(chains::Chains),
+    /// Measures how long messages need over each connection of a running network, from sending to the
+    /// handler, and shows the difference to the last run.
+    ///
+    /// Components on chains are followed by the supervisor alone: their connections are those of
+    /// `rcdeploy chains`. The file `bench.json` beside the logs has the last run.
+    Bench(bench::Bench),
     /// Measures how long messages need from one process to another one of this machine. The worst
     /// cases of chains count with the longest of these times from then on.
     Transport(transport::Transport),
@@ -173,7 +183,7 @@ pub(super) enum Command {
         /// letters, too. May be given several times.
         #[arg(long, value_name = "TEXT")]
         grep: Vec<String>,
-        /// Prints only messages that are not older: `10min`, or a time of the log, as in
+        /// Prints only messages that are not older: `10min` or `2h`, or a time of the log, as in
         /// `2026-01-31T12:00:00Z`.
         #[arg(long, value_name = "TIME", value_parser = since)]
         since: Option<SystemTime>,

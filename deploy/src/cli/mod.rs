@@ -4,6 +4,7 @@
 mod again;
 mod arguments;
 mod bag;
+mod bench;
 mod call;
 mod chains;
 mod command;
@@ -42,7 +43,7 @@ use output::{Failure, print_data, print_line, show, system};
 use rc_codegen::Files;
 use rc_codegen::files::Owner;
 use rc_command_line::{Common, Tool};
-use rc_deploy_client::{Format, LogFilter, connection, logs, states, status};
+use rc_deploy_client::{Format, LogFilter, connection, logs, start_report, states, status};
 use rc_deploy_network::preview::Preview;
 use rc_deploy_terminal::SideView;
 use rc_management::lifecycle::Transition;
@@ -156,11 +157,22 @@ fn run(command: Command) -> Result<u8, Failure> {
                 .map_err(|error| networks::by_hand_or(&network, error))?;
             Ok(0)
         }
-        Command::Status { network, format } => {
+        Command::Status {
+            network,
+            start: true,
+            format,
+        } => {
+            let chain = start_report::read(&running(network)?)?;
+            show(format, &chain, ToString::to_string)
+        }
+        Command::Status {
+            network, format, ..
+        } => {
             let report = status::report(&running(network)?)?;
             show(format, &report, status::report_table)
         }
         Command::Chains(options) => chains::chains(options),
+        Command::Bench(options) => bench::bench(options),
         Command::Transport(options) => transport::transport(&options),
         Command::Logs {
             network,

@@ -27,6 +27,7 @@ mod requests;
 pub(crate) mod restart;
 mod start_order;
 mod start_scheduler;
+mod start_times;
 mod starts;
 mod supervise;
 #[cfg(test)]

@@ -116,6 +116,11 @@ impl StartOrder {
         waiting.next().is_none()
     }
 
+    /// The managed units that are configured before the first one is activated.
+    pub(super) fn configured_first(&self) -> impl Iterator<Item = usize> {
+        self.configured_first.iter().copied()
+    }
+
     /// Whether all are configured that have to be before the first one is activated.
     pub(super) fn are_configured(&self, units: &[Unit]) -> bool {
         let mut first = self.configured_first.iter().map(|&i| &units[i]);

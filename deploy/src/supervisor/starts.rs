@@ -34,6 +34,15 @@ impl Supervisor<'_> {
         self.starts.end_turn(now);
     }
 
+    /// Writes how the network has started, or how far it came, unless it was up before.
+    pub(super) fn save_start(&mut self) {
+        if !self.is_up {
+            self.start_times.look(&self.units);
+            let network = &self.plan.network;
+            self.start_times.save(network, &self.units, &self.order);
+        }
+    }
+
     /// Starts the process of a unit, with all units of that process.
     pub(super) fn start(&mut self, i: usize) {
         let gone = self.gone();
@@ -104,6 +113,7 @@ impl Supervisor<'_> {
             {
                 let limit = self.units[i].component.ready;
                 self.units[i].send_goal(goal, limit);
+                self.start_times.asked(i, goal);
             }
         }
     }

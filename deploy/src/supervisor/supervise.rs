@@ -21,6 +21,7 @@ use crate::supervisor::proxies;
 use crate::supervisor::renewal::Renewal;
 use crate::supervisor::start_order::{StartOrder, in_order_of_start};
 use crate::supervisor::start_scheduler::StartScheduler;
+use crate::supervisor::start_times::StartTimes;
 use crate::supervisor::unit::{Overdue, Unit, until};
 use rc_deploy_client::digest;
 use rc_deploy_client::error::{Error, ErrorContext};
@@ -78,6 +79,7 @@ pub(crate) struct Supervisor<'p> {
     pub(super) units: Vec<Unit>,
     pub(super) order: StartOrder,
     pub(super) starts: StartScheduler,
+    pub(super) start_times: StartTimes,
     pub(super) hosts: Hosts,
     pub(super) network_guard: NetworkGuard,
     /// The conditions of the network as a whole, and when its files are looked at.
@@ -163,6 +165,7 @@ impl<'p> Supervisor<'p> {
             proposals: Proposals::new(options.rules.clone()),
             order,
             starts: StartScheduler::new(),
+            start_times: StartTimes::new(plan.components.len(), &log_directory),
             hosts,
             network_guard,
             troubles,
@@ -232,6 +235,7 @@ impl<'p> Supervisor<'p> {
 
     pub(super) fn stop(&mut self, ending: StopReason, why: &str) {
         if self.ending.is_none() {
+            self.save_start();
             self.ending = Some(ending);
             self.units.iter_mut().for_each(Unit::be_quiet);
             self.network_event(Severity::Info, "stopping", format!("stopping: {why}"));
@@ -250,7 +254,11 @@ impl<'p> Supervisor<'p> {
     }
 
     pub(super) fn note_up(&mut self) {
+        if !self.is_up && self.ending.is_none() {
+            self.start_times.look(&self.units);
+        }
         if !self.is_up && self.ending.is_none() && self.units.iter().all(Unit::lets_others_work) {
+            self.save_start();
             self.is_up = true;
             let text = format!("network {} is up", self.plan.network);
             self.network_event(Severity::Info, "up", text);

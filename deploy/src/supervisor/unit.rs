@@ -282,6 +282,14 @@ impl Unit {
         }
     }
 
+    /// When its process started, while it runs.
+    pub(crate) fn started(&self) -> Option<Instant> {
+        match &self.phase {
+            Phase::Alive(running) => Some(running.started),
+            Phase::Waiting | Phase::Ended(_) => None,
+        }
+    }
+
     /// Whether it has reported ready since its last start.
     pub(crate) fn is_ready(&self) -> bool {
         self.ready

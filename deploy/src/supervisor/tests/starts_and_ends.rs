@@ -1,10 +1,12 @@
 //! Which units start and stop, and what follows their end.
 
 use super::net::{Net, after, on, with_policy};
-use super::{component, exit};
+use super::{component, exit, managed};
 use crate::supervisor::start_scheduler::LIMIT;
 use crate::supervisor::supervise::StopReason;
 use crate::supervisor::unit::Phase;
+use rc_deploy_client::logs;
+use rc_deploy_client::start_report::{self, CriticalChain};
 use rc_deploy_network::plan::{Component, Policy};
 use rc_management::agent::AgentMessage;
 use rc_management::link::ComponentMessage;
@@ -296,4 +298,64 @@ fn limits_of_units_are_handled() {
         ["! a hung-too-long: has been hung for 0ns and is stopped"]
     );
     assert_eq!(net.asked(), ["a"]);
+}
+
+/// `status --start` shows the chain of a start: which component waited for which, also for the
+/// activation of managed ones.
+#[test]
+fn a_start_is_reported_with_what_each_component_waited_for() {
+    let mut net = Net::connected(vec![
+        component("base"),
+        component("quick"),
+        after("base", managed("driver")),
+        after("driver", component("planner")),
+    ]);
+    let place = logs::directory(&net.plan.network);
+    net.start_ready_units();
+    // The second of two that nobody waits for long.
+    net.say(1, &ComponentMessage::Ready);
+    net.note_up();
+    net.say(0, &ComponentMessage::Ready);
+    net.note_up();
+    net.start_ready_units();
+    net.say(2, &ComponentMessage::Ready);
+    // It is configured, then active, and lets the planner start.
+    for _ in 0..3 {
+        net.obey(2);
+        net.note_up();
+        net.turn();
+    }
+    let report = |net: &mut Net| {
+        net.note_up();
+        net.save_start();
+        let text = std::fs::read_to_string(start_report::file(&place)).expect("a report");
+        CriticalChain::of(serde_json::from_str(&text).expect("a report"))
+    };
+    let names = |chain: &CriticalChain| -> Vec<String> {
+        let links = chain.chain.iter();
+        let names = links.map(|link| format!("{} {:?}", link.key.component, link.key.phase));
+        names.collect()
+    };
+    // It has not come up: the one that is missing is the first.
+    let unfinished = report(&mut net);
+    assert_eq!(unfinished.start.up_ms, None);
+    let wanted = [
+        "planner Start",
+        "driver Activate",
+        "driver Start",
+        "base Start",
+    ];
+    assert_eq!(names(&unfinished), wanted, "{unfinished}");
+    assert_eq!(unfinished.chain[0].ended_ms, None);
+    net.say(3, &ComponentMessage::Ready);
+    let whole = report(&mut net);
+    assert!(whole.start.up_ms.is_some(), "{whole}");
+    assert_eq!(names(&whole), wanted, "{whole}");
+    let ends: Vec<Option<f64>> = whole.chain.iter().map(|link| link.ended_ms).collect();
+    assert!(ends.is_sorted_by(|a, b| a >= b), "{whole}");
+    // What starts later is no part of it.
+    let before = std::fs::read_to_string(start_report::file(&place)).expect("a report");
+    net.save_start();
+    let later = std::fs::read_to_string(start_report::file(&place)).expect("a report");
+    assert_eq!(before, later);
 }

@@ -134,6 +134,36 @@ fn each_late_chain_acts(site: &Site) {
     }
 }
 
+/// A component notes messages for one listener, which is the supervisor.
+fn the_bench_takes_connections_on_chains_from_the_supervisor(site: &Site) {
+    let bench = ["bench", &site.network, "--seconds", "1", "--format", "json"];
+    let bench = site.rcdeploy(&bench, false);
+    assert_eq!(bench.code, 0, "{bench:?}");
+    assert!(
+        bench.stderr.contains("follows their messages for chains"),
+        "{bench:?}"
+    );
+    let run: Value = serde_json::from_str(&bench.stdout).expect("JSON");
+    let connections = run["connections"].as_array().expect("a list");
+    for (from, to) in [
+        ("a.other", "b.BatteryStatus.getBatteryState"),
+        ("b", "c.BatteryStatus.getBatteryState"),
+        (
+            "simulator.FullPoseEstimationPub",
+            "monitor.FullPoseEstimationPub.newFullPose",
+        ),
+    ] {
+        let is = |one: &&Value| one["from"] == from && one["to"] == to;
+        let one = connections.iter().find(is);
+        let one = one.unwrap_or_else(|| panic!("{from} -> {to}: {run}"));
+        assert_eq!(one["messages"], Value::Null, "{one}");
+        assert!(one["times"]["p50_ms"].as_f64() > Some(0.0), "{one}");
+    }
+    // They are measured as before.
+    let missing = |chain: &Value| chain["missing"] == json!([]);
+    assert!(chains(site).iter().all(missing));
+}
+
 #[test]
 fn chains_are_measured_and_a_slow_component_is_named() {
     let site = Site::new("chains");
@@ -155,6 +185,7 @@ fn chains_are_measured_and_a_slow_component_is_named() {
         assert!(p50(&chain["times"]) > 0.0, "{chain}");
     }
     a_recording_has_the_chains(&site);
+    the_bench_takes_connections_on_chains_from_the_supervisor(&site);
     let is_driving = |status: &Value| {
         let state = status["machine"]["states"][0].as_str();
         state.is_some_and(|state| state.starts_with("on.motion.driving"))

@@ -147,8 +147,87 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     let elsewhere = site.rcdeploy(&["list", "elsewhere"], false);
     let told = format!("; these networks run: {}", site.network);
     assert!(elsewhere.stderr.contains(&told), "{elsewhere:?}");
+    each_connection_has_a_latency_beside_that_of_the_last_run(&site);
+    the_start_shows_who_waited_for_whom(&site);
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
+}
+
+/// The latency of samples and of calls, between two programs.
+fn each_connection_has_a_latency_beside_that_of_the_last_run(site: &Site) {
+    let bench = |more: &[&str]| tool(site, "bench", &[&["--seconds", "1"], more].concat());
+    let run = json_of(&bench(&["--format", "json"]));
+    let connections = run["connections"].as_array().expect("a list");
+    for (from, to) in [
+        (
+            "simulator.FullPoseEstimationPub",
+            "monitor.FullPoseEstimationPub.newFullPose",
+        ),
+        ("avoider.Laser", "simulator.Laser.getLaserData"),
+    ] {
+        let is = |one: &&Value| one["from"] == from && one["to"] == to;
+        let one = connections.iter().find(is);
+        let one = one.unwrap_or_else(|| panic!("{from} -> {to}: {run}"));
+        assert_eq!(one["middleware"], "iceoryx2", "{one}");
+        assert!(one["messages"].as_u64() > Some(0), "{one}");
+        let time = |name: &str| one["times"][name].as_f64().expect("a time");
+        assert!(
+            time("p50_ms") > 0.0 && time("p50_ms") <= time("p99_ms"),
+            "{one}"
+        );
+        assert!(time("p99_ms") <= time("worst_ms"), "{one}");
+        assert_eq!(
+            (&one["last"], &one["error_ms"]),
+            (&Value::Null, &Value::Null)
+        );
+    }
+    let again = bench(&[]);
+    assert_eq!(again.code, 0, "{again:?}");
+    let wanted =
+        "simulator.FullPoseEstimationPub -> monitor.FullPoseEstimationPub.newFullPose  iceoryx2";
+    let mut lines = again.stdout.lines();
+    let line = lines.find(|line| line.starts_with(wanted)).expect(wanted);
+    assert_eq!(
+        line.matches(['+', '-']).count(),
+        4,
+        "an arrow and three differences: {line}"
+    );
+    assert!(
+        again.stdout.ends_with("the difference to the last run.\n"),
+        "{again:?}"
+    );
+    let wrong = site.rcdeploy(&["bench", "nowhere"], false);
+    assert_eq!(wrong.code, 3, "{wrong:?}");
+}
+
+fn the_start_shows_who_waited_for_whom(site: &Site) {
+    let status = tool(site, "status", &["--start", "--format", "json"]);
+    let start = json_of(&status);
+    let chain = start["chain"].as_array().expect("a list");
+    let names: Vec<&str> = chain
+        .iter()
+        .filter_map(|link| link["component"].as_str())
+        .collect();
+    assert_eq!(names, ["avoider", "monitor", "simulator"], "{start}");
+    let up = start["up_ms"].as_f64().expect("it is up");
+    let ends = chain.iter().filter_map(|link| link["ended_ms"].as_f64());
+    let ends: Vec<f64> = ends.collect();
+    assert!(ends[0] <= up && ends.is_sorted_by(|a, b| a >= b), "{start}");
+    assert!(
+        chain
+            .iter()
+            .all(|link| link["took_ms"].as_f64() > Some(0.0)),
+        "{start}"
+    );
+    let shown = tool(site, "status", &["--start"]);
+    assert!(
+        shown
+            .stdout
+            .starts_with(&format!("network {} was up ", site.network)),
+        "{shown:?}"
+    );
+    let other = site.rcdeploy(&["status", "--start", "nowhere"], false);
+    assert_eq!(other.code, 3, "{other:?}");
 }
 
 #[test]
