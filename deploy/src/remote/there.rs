@@ -17,6 +17,7 @@ use rc_deploy_client::error::print_error;
 use rc_deploy_network::plan::Host;
 use rc_deploy_network::{Build, Source, Sources};
 use rc_diagnostics::foreign::{clean, clean_lines};
+use rc_vocabulary::shell;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use sha2::{Digest, Sha256};
 use std::collections::{HashSet, VecDeque};
@@ -329,8 +330,8 @@ fn run(order: &Order<'_>, places: &Places) -> String {
     let mut args = build.args.iter();
     let mut has_target = false;
     while let Some(arg) = args.next() {
-        words.push(quoted(arg.as_bytes()));
-        let value = |path: PathBuf| quoted(path.as_os_str().as_bytes());
+        words.push(shell::word(&arg.to_string_lossy()));
+        let value = |path: PathBuf| shell::word(&path.to_string_lossy());
         if arg == "--manifest-path" {
             words.extend(
                 args.next()
@@ -341,7 +342,7 @@ fn run(order: &Order<'_>, places: &Places) -> String {
             words.extend(args.next().map(|path| value(places.path(Path::new(path)))));
         }
     }
-    let there = |path: &Path| quoted(places.path(path).as_os_str().as_bytes());
+    let there = |path: &Path| shell::word(&places.path(path).to_string_lossy());
     if !has_target {
         words.extend(["--target-dir".to_owned(), there(&build.target)]);
     }
@@ -368,15 +369,10 @@ fn run(order: &Order<'_>, places: &Places) -> String {
         run.push_str(&format!(
             "put {} {}\n",
             there(&from),
-            quoted(to.as_os_str().as_bytes())
+            shell::word(&to.to_string_lossy())
         ));
     }
     run
-}
-
-/// A word of a shell.
-fn quoted(word: &[u8]) -> String {
-    format!("'{}'", String::from_utf8_lossy(word).replace('\'', "'\\''"))
 }
 
 /// Shows what cargo prints until it has ended.
@@ -453,7 +449,14 @@ fn explain(host: &Host, why: &str, complaint: &str) -> String {
         return complaint.trim().to_owned();
     }
     let told = ssh::explain(host, why, complaint);
-    if told == LOST {
+    // ssh says nothing, or that the other side went silent: there was a build, and it goes on.
+    let was_silent = [
+        "Timeout, server",
+        "Broken pipe",
+        "closed by remote host",
+        "reset by peer",
+    ];
+    if told == LOST || was_silent.iter().any(|text| complaint.contains(text)) {
         return format!("{told}; the next `rcdeploy up --build` goes on where it was");
     }
     told

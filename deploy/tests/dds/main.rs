@@ -6,6 +6,7 @@
 //! limits of time runs beside the compiler.
 
 mod adapted;
+mod builds_there;
 mod called;
 mod chains;
 mod cpp_worker;

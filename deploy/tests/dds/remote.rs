@@ -15,6 +15,15 @@ use std::process::{Child, Command, Stdio};
 /// The ssh server of Debian. It refuses to start without its absolute path.
 const SSHD: &str = "/usr/sbin/sshd";
 
+/// Where an ssh server listens, and for whom.
+pub(crate) struct Server<'s> {
+    pub(crate) listen: &'s str,
+    /// The address by which the other host knows it.
+    pub(crate) known_as: &'s str,
+    /// The home folder of its user, if it is another one than here.
+    pub(crate) home: Option<PathBuf>,
+}
+
 /// A host with an ssh server that accepts one key.
 pub(crate) struct Robot {
     sshd: Child,
@@ -24,6 +33,16 @@ pub(crate) struct Robot {
 impl Robot {
     /// Starts the server on the second host. The error says why this machine cannot.
     pub(crate) fn start(site: &Site, cable: &Cable) -> Result<Self, String> {
+        let server = Server {
+            listen: "10.77.0.2",
+            known_as: "10.77.0.2",
+            home: None,
+        };
+        Self::serve(site, cable, &server)
+    }
+
+    /// Starts a server on the second host. The error says why this machine cannot.
+    pub(crate) fn serve(site: &Site, cable: &Cable, server: &Server<'_>) -> Result<Self, String> {
         if !Path::new(SSHD).exists() {
             install(&["openssh-server", "openssh-client"])?;
         }
@@ -44,13 +63,16 @@ impl Robot {
         fs::write(path("authorized_keys"), public("user_key")).expect("written");
         fs::write(
             path("known_hosts"),
-            format!("10.77.0.2 {}", public("host_key")),
+            format!("{} {}", server.known_as, public("host_key")),
         )
         .expect("written");
+        let home = server.home.as_ref();
+        let home = home.map_or_else(String::new, |home| format!(" HOME={}", home.display()));
         let config = format!(
-            "Port 22\nListenAddress 10.77.0.2\nHostKey {}\nAuthorizedKeysFile {}\nPidFile none\n\
+            "Port 22\nListenAddress {}\nHostKey {}\nAuthorizedKeysFile {}\nPidFile none\n\
              UsePAM no\nStrictModes no\nPasswordAuthentication no\nPermitRootLogin yes\n\
-             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={} \"PATH={}\"\n",
+             SetEnv XDG_RUNTIME_DIR={} XDG_STATE_HOME={} XDG_CACHE_HOME={} \"PATH={}\"{home}\n",
+            server.listen,
             path("host_key"),
             path("authorized_keys"),
             path("run"),
@@ -274,6 +296,7 @@ fn a_host_is_lost_and_comes_back() {
 
     tools::look(&site, "dds");
     tools::delay(&site, "robot");
+    tools::bench(&site);
 
     cable.set(1, "down");
     up.await_event("host-lost");

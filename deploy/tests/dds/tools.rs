@@ -56,6 +56,20 @@ pub(crate) fn delay(site: &Site, host: &str) {
     assert!(printed.contains(&said), "{printed}");
 }
 
+/// The latency over the cable, with the error of the clock of the other host.
+pub(crate) fn bench(site: &Site) {
+    Site::until("latencies over the cable", || {
+        let run = json(site, "bench", &["--seconds", "1"]);
+        let connections = run["connections"].as_array().expect("a list").clone();
+        let to = "monitor.FullPoseEstimationPub.newFullPose";
+        let one = connections.into_iter().find(|one| one["to"] == to);
+        let one = one.unwrap_or_else(|| panic!("{run}"));
+        assert_eq!(one["from"], "simulator.FullPoseEstimationPub", "{run}");
+        // Until the first round trips, the clock is unknown.
+        one["times"]["p50_ms"].as_f64().is_some() && one["error_ms"].as_f64() > Some(0.0)
+    });
+}
+
 /// Looks at a running patrol.
 pub(crate) fn look(site: &Site, middleware: &str) {
     let listed = json(site, "list", &[]);
