@@ -1,8 +1,11 @@
-//! `rcdeploy install-service`, with programs in the place of those of systemd.
+//! `rcdeploy install-service`, with programs in the place of those of systemd, and with a real
+//! manager of a user.
 
 use rc_test_site::site::{CommandOutput, PATROL, Site, rcdeploy};
+use rc_test_support::python::skipped;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::process::{Child, Command, Stdio};
 
 /// A program that writes its arguments into a file, and fails if the file `refuse` exists.
 fn fake(site: &Site, name: &str) {
@@ -123,4 +126,132 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
     let foreign = [install(&site, &[]), install(&site, &["--remove"])];
     assert!(foreign.iter().all(|ran| ran.code == 2), "{foreign:?}");
     assert_eq!(std::fs::read_to_string(&unit).expect("a unit"), "[Unit]\n");
+}
+
+/// systemd as the manager of a user, with processes and mounts of its own: what it leaves ends with it.
+/// When it ends, it begins again, as at the next boot.
+struct Systemd(Child);
+
+impl Systemd {
+    /// Where Debian has it.
+    const PROGRAM: &str = "/lib/systemd/systemd";
+
+    /// The error says why this machine cannot.
+    fn start(site: &Site) -> Result<Self, String> {
+        if !Path::new(Self::PROGRAM).exists() {
+            return Err("there is no systemd".to_owned());
+        }
+        let unshare = ["--mount", "--pid", "--fork", "--kill-child", "--mount-proc"];
+        let probe = Command::new("unshare").args(unshare).arg("true").output();
+        if !probe.is_ok_and(|output| output.status.success()) {
+            return Err("no test may make namespaces".to_owned());
+        }
+        let script = format!(
+            "mount -t tmpfs none /run && mkdir -p /run/systemd/system && echo up > {}; while :; do {} --user; done",
+            site.path("manager").display(),
+            Self::PROGRAM
+        );
+        let mut command = Command::new("unshare");
+        command.args(unshare).args(["sh", "-c", &script]);
+        site.place(&mut command);
+        command
+            .env("XDG_CONFIG_HOME", site.path("config"))
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
+            .stdout(Stdio::null())
+            .stderr(std::fs::File::create(site.path("systemd.log")).expect("a log"));
+        let systemd = Self(command.spawn().map_err(|error| error.to_string())?);
+        Site::until("the namespaces", || site.path("manager").exists());
+        Ok(systemd)
+    }
+
+    /// The words that run a program beside the manager.
+    fn beside(&self) -> Vec<String> {
+        let id = self.0.id();
+        let children = format!("/proc/{id}/task/{id}/children");
+        let inside = std::fs::read_to_string(children).expect("it has a child");
+        let target = inside.split_whitespace().next().expect("it has a child");
+        let words = ["nsenter", "--mount", "--pid", "--target", target];
+        words.map(str::to_owned).to_vec()
+    }
+}
+
+impl Drop for Systemd {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn systemd_starts_the_network_at_each_boot_and_again_after_a_failure() {
+    let test = "systemd_starts_the_network_at_each_boot_and_again_after_a_failure";
+    let mut site = Site::new("systemd");
+    site.write_ddsl(PATROL);
+    for name in ["simulator", "avoider", "pose_monitor"] {
+        Site::executable(name);
+    }
+    std::fs::create_dir_all(site.path("run")).expect("a folder");
+    std::fs::set_permissions(site.path("run"), PermissionsExt::from_mode(0o700)).expect("set");
+    let systemd = match Systemd::start(&site) {
+        Ok(systemd) => systemd,
+        Err(reason) => return skipped(test, &reason),
+    };
+    site.within = systemd.beside();
+    let systemctl = |words: &[&str]| {
+        let mut command = site.command(Path::new("systemctl"));
+        command.arg("--user").args(words);
+        command.env("XDG_CONFIG_HOME", site.path("config"));
+        site.run(command)
+    };
+    let runs = || systemctl(&["is-system-running"]).stdout == "running\n";
+    Site::until("the manager runs", runs);
+    let unit = format!("robocomp-{}.service", site.network);
+    // The pause of five seconds is not part of the test.
+    let drop_in = site.path(&format!("config/systemd/user/{unit}.d"));
+    std::fs::create_dir_all(&drop_in).expect("a folder");
+    std::fs::write(drop_in.join("soon.conf"), "[Service]\nRestartSec=100ms\n").expect("written");
+
+    let installed = install(&site, &[]);
+    assert_eq!(installed.code, 0, "{installed:?}");
+    let is_up = || {
+        let ran = site.rcdeploy(&["status", "--format", "json", &site.network], false);
+        let status: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap_or_default();
+        let all = status["components"].as_array().cloned().unwrap_or_default();
+        let is_well = all.len() == 3 && all.iter().all(|one| one["state"] == "running");
+        status["pid"].as_i64().filter(|_| is_well)
+    };
+    let supervisor = || {
+        let mut found = None;
+        Site::until("the network is up", || {
+            found = is_up();
+            found.is_some()
+        });
+        found.expect("it was found")
+    };
+    let first = supervisor();
+    let active = systemctl(&["is-active", &unit]);
+    assert_eq!(active.stdout, "active\n", "{active:?}");
+    let shown = systemctl(&["show", "--property", "MainPID", &unit]);
+    assert_eq!(shown.stdout, format!("MainPID={first}\n"), "{shown:?}");
+
+    // The supervisor is killed.
+    let mut kill = site.command(Path::new("kill"));
+    kill.args(["-9", &first.to_string()]);
+    assert_eq!(site.run(kill).code, 0);
+    let second = supervisor();
+    assert_ne!(first, second);
+
+    // The machine boots again: nobody starts the network.
+    systemctl(&["exit"]);
+    Site::until("the end of the network", || is_up() != Some(second));
+    Site::until("the manager runs", runs);
+    supervisor();
+
+    let removed = install(&site, &["--remove"]);
+    assert_eq!(removed.code, 0, "{removed:?}");
+    let listed = systemctl(&["is-active", &unit]);
+    assert_eq!(listed.stdout, "inactive\n", "{listed:?}");
+    drop(systemd);
+    site.within = Vec::new();
+    site.assert_nothing_left();
 }
