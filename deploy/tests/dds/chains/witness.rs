@@ -53,6 +53,8 @@ pub(super) struct Witness<'s> {
     messages: BTreeMap<usize, Message>,
     /// The greatest stated error.
     error: f64,
+    /// The reports until the last look.
+    events: Vec<(String, String)>,
 }
 
 impl<'s> Witness<'s> {
@@ -64,12 +66,15 @@ impl<'s> Witness<'s> {
             calls: Vec::new(),
             messages: BTreeMap::new(),
             error: 0.0,
+            events: Vec::new(),
         }
     }
 
     /// Takes the messages that were measured since the last look, and the calls that led to them.
     /// Look at least once in 4096 messages.
     pub(super) fn look(&mut self) {
+        // The messages of reports that come later may be measured after this look.
+        self.events = events(self.site);
         self.calls = self.noted("a");
         let last = self.calls.last().expect("a call").begun;
         let mut measured = Vec::new();
@@ -235,10 +240,10 @@ impl<'s> Witness<'s> {
         Site::until("late messages to be reported", || reports() >= groups);
         let pause = last.windows(2).map(|two| two[1].ended - two[0].ended);
         let pause = pause.fold(0.0, f64::max);
-        for (code, text) in events(self.site) {
+        for (code, text) in &self.events {
             println!("{text}");
             let is_true = match code.as_str() {
-                "chain-late" => late.iter().any(|message| says(&text, message.took)),
+                "chain-late" => late.iter().any(|message| says(text, message.took)),
                 "chain-broken" => pause > PAUSE_MS,
                 code => code == "chain-in-time",
             };
