@@ -85,7 +85,7 @@ impl Edit {
 
     /// Makes the ids that follow count from this number on, unless they do already.
     pub fn count_ids_from(&mut self, first: u64) {
-        self.first_id = first;
+        self.first_id = self.first_id.max(first);
     }
 
     /// The next id of this graph's writer.

@@ -221,21 +221,17 @@ impl Answers {
         }
     }
 
+    /// Whether a replica is still asking for the chunks of an answer to it. Who asks for something
+    /// new in its name takes nothing away from it.
+    pub(crate) fn are_under_way(&self, to: u64, now: Duration) -> bool {
+        let mut own = self.kept.iter().filter(|answer| answer.to == to);
+        own.any(|answer| answer.is_under_way(now))
+    }
+
     /// Whether a new answer of so many bytes has room beside those that are on the way, and it is
     /// the turn of its replica. All together have `most` bytes, with small ones half as many more.
-    pub(crate) fn have_room(
-        &self,
-        question: &Question,
-        bytes: usize,
-        most: usize,
-        now: Duration,
-    ) -> bool {
+    pub(crate) fn have_room(&self, question: &Question, bytes: usize, most: usize) -> bool {
         let to = question.sender;
-        let mut own = self.kept.iter().filter(|answer| answer.to == to);
-        // Who asks for something new in the name of another replica takes nothing away from it.
-        if own.any(|answer| answer.is_under_way(now)) {
-            return false;
-        }
         let others = self.kept.iter();
         let others = others.filter(|other| other.to != to && !other.has_arrived);
         let others: usize = others.map(|other| other.bytes.len()).sum();
@@ -249,11 +245,12 @@ impl Answers {
         is_its_turn && (others == 0 || others + bytes <= most)
     }
 
-    /// Notes that a replica was told to ask again. It keeps its place among those that wait.
+    /// Notes that a replica was told to ask again, because there is no room for an answer. It keeps
+    /// its place among those that wait.
     pub(crate) fn postpone(&mut self, to: u64, now: Duration) {
         // It has what it asked for before, or has given that up.
         for answer in self.kept.iter_mut().filter(|answer| answer.to == to) {
-            answer.has_arrived |= !answer.is_under_way(now);
+            answer.has_arrived = true;
         }
         match self.waiting.iter_mut().find(|(own, _)| *own == to) {
             Some((_, asked)) => *asked = now,

@@ -230,9 +230,13 @@ impl Core {
     fn has_room_for(&mut self, question: &Question, bytes: usize, now: Duration) -> bool {
         let most = self.protocol.most_answer;
         let answers = &mut self.protocol.answers;
-        let has_room = answers.have_room(question, bytes, most, now);
+        // It waits for its own answer then, and keeps no other replica waiting.
+        let is_under_way = answers.are_under_way(question.sender, now);
+        let has_room = !is_under_way && answers.have_room(question, bytes, most);
         if !has_room {
-            answers.postpone(question.sender, now);
+            if !is_under_way {
+                answers.postpone(question.sender, now);
+            }
             self.protocol.send(Content::Chunk {
                 sender: self.protocol.writer,
                 to: question.sender,

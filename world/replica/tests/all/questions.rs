@@ -466,6 +466,34 @@ fn a_stranger_that_takes_no_answer_keeps_nobody_from_the_world() {
     }
 }
 
+/// A stranger takes an answer slowly, and asks for others meanwhile. There is room for all.
+#[test]
+fn a_stranger_that_takes_an_answer_slowly_delays_nobody_while_there_is_room() {
+    let mut network = doors(4000, usize::MAX, 23);
+    let schema = schema_of(&world(7));
+    network
+        .at(0)
+        .receive(network.now, digest(schema, STRANGER, 0));
+    network
+        .at(0)
+        .receive(network.now, question(STRANGER, FIRST, 1));
+    network.run(Duration::from_millis(60));
+    for step in 0..40 {
+        let (first, now) = (network.at(0), network.now);
+        if step % 5 == 0 {
+            first.receive(now, chunk_question(STRANGER, FIRST, 1, &[8 + step / 5]));
+        }
+        first.receive(now, question(STRANGER, FIRST, 2 + u64::from(step)));
+        if step == 5 {
+            join(&mut network, 1);
+        }
+        network.run(Duration::from_millis(60));
+    }
+    // It was never told to ask again.
+    assert_eq!(network.at(1).snapshot().node_count(), 4000);
+    assert_eq!(network.at(1).status(network.now).counts.asked, 1);
+}
+
 /// While a replica takes the chunks of an answer, somebody asks in its name.
 #[test]
 fn questions_in_the_name_of_another_replica_take_no_answer_away_from_it() {
