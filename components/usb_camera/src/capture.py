@@ -19,6 +19,9 @@ log = logging.getLogger(__name__)
 # The pauses between two attempts to open the device grow from the first to the second one.
 FIRST_PAUSE, LONGEST_PAUSE = 0.1, 5.0
 
+# Why there is no picture while the device is open.
+SILENT = "the device gives none"
+
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
@@ -42,7 +45,7 @@ class Capture:
     def __init__(self, settings: Settings) -> None:
         """Opens the device. OSError says why that is not possible."""
         self.settings = settings
-        self.trouble = "the device gives none"
+        self.trouble = SILENT
         self._newest: tuple[int, Pixels] | None = None
         self._lock = threading.Lock()
         self._stopped = threading.Event()
@@ -89,6 +92,7 @@ class Capture:
                     self._stopped.wait(pause)
                     pause = min(2 * pause, LONGEST_PAUSE)
                     continue
+                self.trouble = SILENT
                 log.info("%s is open again", self.settings.device)
             count = self._read(device)
             device.release()

@@ -23,7 +23,6 @@ class SpecificWorker(Worker):
         """A camera that is missing at the start keeps the network from starting."""
         params = ctx.params
         self.number = 0
-        self.seen = time.monotonic()
         self.capture = Capture(
             Settings(
                 str(params.device),
@@ -33,6 +32,8 @@ class SpecificWorker(Worker):
                 params.colour,
             )
         )
+        # A camera may take seconds to open.
+        self.seen = time.monotonic()
 
     def compute(self, ctx: Context) -> None:
         taken = self.capture.take()

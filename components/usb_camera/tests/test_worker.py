@@ -41,8 +41,9 @@ def params(device: Path, colour: bool = True) -> Params:
         rate=200.0,
         colour=colour,
         frame="eye",
-        silence=timedelta(seconds=0.1),
-        give_up=timedelta(seconds=1),
+        # Longer than a busy computer needs for a picture.
+        silence=timedelta(seconds=LIMIT),
+        give_up=timedelta(seconds=2 * LIMIT),
     )
 
 
@@ -108,18 +109,18 @@ def test_a_camera_that_is_unplugged_comes_back_or_the_component_ends(
     film(device)
     test, worker = started(device)
     images(test, worker, 1)
-    os.remove(device)
-    errors: list[str] = []
+    test.ctx.params.silence = timedelta(seconds=0.1)
 
-    def has_failed() -> bool:
+    def is_missed() -> bool:
         try:
             worker.compute(test.ctx)
         except RuntimeError as error:
-            errors.append(str(error))
-        return bool(errors)
+            # Before, the film was read to its end.
+            return "is it plugged in?" in str(error)
+        return False
 
-    until(has_failed)
-    assert "is it plugged in?" in errors[0] or "any more" in errors[0]
+    os.remove(device)
+    until(is_missed)
     film(device)
     test.camera_pub.take_samples()
 
@@ -132,6 +133,8 @@ def test_a_camera_that_is_unplugged_comes_back_or_the_component_ends(
 
     until(is_back)
     os.remove(device)
+    until(is_missed)
+    test.ctx.params.give_up = timedelta(seconds=0.2)
     ends: list[str] = []
 
     def has_ended() -> bool:
@@ -144,7 +147,7 @@ def test_a_camera_that_is_unplugged_comes_back_or_the_component_ends(
         return bool(ends)
 
     until(has_ended)
-    assert ends[0].startswith("no picture for 1.") and "is it plugged in?" in ends[0]
+    assert ends[0].startswith("no picture for ") and "is it plugged in?" in ends[0]
     worker.finalize(test.ctx)
 
 
