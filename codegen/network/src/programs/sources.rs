@@ -163,14 +163,20 @@ impl Walk {
     }
 }
 
-/// Whether a file of cargo is not its configuration: a workspace in a home folder has the downloaded
-/// packages there, and the keys of registries.
+/// Whether a file may hold a secret, and is no source: a hidden one such as `.env` or `.netrc`, and one
+/// of cargo that is not its configuration. A workspace in a home folder has the downloaded packages
+/// there, and the keys of registries.
 fn is_secret(folder: &Path, name: &OsStr) -> bool {
-    folder.ends_with(CONFIGURATION) && name != "config.toml" && name != "config"
+    let is_of_cargo = folder.ends_with(CONFIGURATION) && name != "config.toml" && name != "config";
+    is_hidden(name) || is_of_cargo
+}
+
+fn is_hidden(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(b".")
 }
 
 fn is_left_out(path: &Path, name: &OsStr) -> bool {
-    let hidden = name.as_encoded_bytes().starts_with(b".") && name != CONFIGURATION;
+    let hidden = is_hidden(name) && name != CONFIGURATION;
     // Cargo and others mark what can be made again.
     let is_made = || path.join("CACHEDIR.TAG").is_file();
     // A folder with this name and a manifest is a package.
@@ -198,9 +204,11 @@ mod tests {
             "ws/target/debug/program",
             "ws/built/CACHEDIR.TAG",
             "ws/eye/src/main.rs",
+            "ws/eye/.env",
             "ws/eye/build/x.o",
             "ws/build/Cargo.toml",
             "data/map.png",
+            "data/.netrc",
         ] {
             let path = folder.path().join(name);
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
