@@ -15,6 +15,7 @@ pub(crate) fn run() -> Result<(), Failure> {
             "pin==4.1.0",
             "cmeel-eigen==3.4.1",
             "example-robot-data==6.0.0",
+            "casadi==3.8.2",
         ],
     )?;
     // A workspace of its own, so that nothing else compiles it.

@@ -1,8 +1,10 @@
 //! How long printed solvers take, beside Pinocchio in C++: the same functions of the same robots, compiled with
 //! the same optimisation, on one thread. Prints rows of Markdown.
 //!
-//! Arguments: a folder for programs, and an interpreter of Python that has the packages `pin`, `cmeel-eigen` and
-//! `example-robot-data`.
+//! Arguments: a folder for programs, and an interpreter of Python that has the packages `pin`, `cmeel-eigen`,
+//! `example-robot-data` and `casadi`.
+
+mod peers;
 
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_formula::Interpreter;
@@ -70,10 +72,14 @@ fn cell(robot: &Robot, urdf: &str) -> Cell {
         let base = robot.base;
         write!(outputs, "pose {tip} in {base}; jacobian {tip} in {base}; ").expect("a text");
     }
-    let text = format!(
-        "import \"robot.urdf\";\nKinematics cell {{ solver fk {{ {outputs} }}; solver efforts_of {{ efforts; }}; \
-        solver drive {{ accelerations; }}; }};"
+    let solvers = format!(
+        "solver fk {{ {outputs} }}; solver efforts_of {{ efforts; }}; solver drive {{ accelerations; }};"
     );
+    cell_of(urdf, &solvers)
+}
+
+fn cell_of(urdf: &str, solvers: &str) -> Cell {
+    let text = format!("import \"robot.urdf\";\nKinematics cell {{ {solvers} }};");
     let mut sources = SourceMap::new();
     let source = sources.add("cell.kdsl", text);
     let loader = MemoryLoader::new([("robot.urdf", urdf)]);
@@ -116,6 +122,20 @@ fn rust(cell: &Cell) -> String {
             \x20       times.push(start.elapsed().as_nanos() as f64 / {RUNS}.0);\n    }}\n\
             \x20   times.sort_by(f64::total_cmp);\n    println!(\"{name} {{}}\", times[{BLOCKS} / 2]);\n",
             name = solver.name
+        )
+        .expect("a text");
+    }
+    for inverse in &cell.inverses {
+        let pose = &cell.solvers[0].outputs[0].name;
+        write!(
+            out,
+            "    let poses: Vec<[[f64; 4]; 4]> = Q.iter().map(|q| cell::fk(q).{pose}).collect();\n\
+            \x20   for pose in &poses {{ assert!(cell::{name}(pose, &[0.0; {count}]).reached); }}\n\
+            \x20   let mut times = Vec::new();\n    for _ in 0..{BLOCKS} {{\n        let start = std::time::Instant::now();\n\
+            \x20       for run in 0..{RUNS} {{ black_box(cell::{name}(black_box(&poses[run % {STATES}]), &[0.0; {count}])); }}\n\
+            \x20       times.push(start.elapsed().as_nanos() as f64 / {RUNS}.0);\n    }}\n\
+            \x20   times.sort_by(f64::total_cmp);\n    println!(\"{name} {{}}\", times[{BLOCKS} / 2]);\n",
+            name = inverse.name
         )
         .expect("a text");
     }
@@ -364,6 +384,12 @@ fn main() {
         )
         .expect("a text");
     }
-    print!("{rows}\n{facts}");
-    std::process::exit(i32::from(!met));
+    let robots = prefix.join("share/example-robot-data/robots");
+    let urdf = robots.join(ROBOTS[0].file);
+    let (beside, is_met) = peers::rows(&ROBOTS[0], &urdf, folder, python);
+    met &= is_met;
+    print!("{rows}\n{facts}\n{beside}");
+    if !met {
+        eprintln!("xtask: a goal was missed");
+    }
 }

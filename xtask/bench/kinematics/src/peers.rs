@@ -1,0 +1,106 @@
+//! One arm beside CasADi in C, and beside the crate `k`. The crate `ik-geo` needs CMake for a library of C++, and `mink` and
+//! `pink` are loops of Python.
+
+use crate::{BLOCKS, RUNS, Robot, STATES, around, c, cell_of, compiled, rust, states, times};
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+/// The greatest times as shares of those of CasADi's C, of its compilation, and of `k`.
+const GOALS: [f64; 3] = [1.0, 0.2, 0.3];
+
+/// The median time of a call, in ns.
+fn median(mut call: impl FnMut(usize)) -> f64 {
+    let mut times = Vec::new();
+    for _ in 0..BLOCKS {
+        let start = Instant::now();
+        for run in 0..RUNS {
+            call(run % STATES);
+        }
+        times.push(start.elapsed().as_nanos() as f64 / RUNS as f64);
+    }
+    times.sort_by(f64::total_cmp);
+    times[BLOCKS / 2]
+}
+
+/// The time of the pose and the Jacobian by `k`.
+fn by_k(urdf: &str, tip: &str) -> f64 {
+    let chain = k::Chain::<f64>::from_urdf_file(urdf).expect("a URDF");
+    let end = chain.find_link(tip).expect("a link");
+    let arm = k::SerialChain::from_end(end);
+    let positions = states(6);
+    median(|state| {
+        arm.set_joint_positions_unchecked(black_box(&positions[state]));
+        black_box(k::jacobian(&arm));
+        black_box(arm.end_transform());
+    })
+}
+
+/// Rows of Markdown, and whether all goals are met.
+pub(crate) fn rows(robot: &Robot, urdf: &Path, folder: &Path, python: &Path) -> (String, bool) {
+    let at = |name: &str| folder.join(name).to_str().expect("a text").to_owned();
+    let text = std::fs::read_to_string(urdf).expect("a robot");
+    let (tip, base) = (robot.tips[0], robot.base);
+    let motion = format!("solver fk {{ pose {tip} in {base}; jacobian {tip} in {base}; }};");
+    let forward = cell_of(&text, &motion);
+    std::fs::write(at("cell.h"), rc_kinematics::c(&forward)).expect("a file");
+    std::fs::write(at("main.c"), c(&forward)).expect("a file");
+    let options = ["cc", "-O3", "-ffp-contract=off", "-w"];
+    let build = |source: &str, program: &str| {
+        let words = [&options[..], &[source, "-o", program, "-lm"]].concat();
+        compiled(&words)
+    };
+    let own_compiling = build(&at("main.c"), &at("own_c"));
+    let own = times(&mut Command::new(at("own_c")))["fk"];
+
+    let script = at("beside_casadi.py");
+    std::fs::write(&script, include_str!("beside_casadi.py")).expect("a file");
+    let urdf = urdf.to_str().expect("a text");
+    let made = times(Command::new(python).args([&script, urdf, tip, &at("casadi_fk.c")]));
+    let begin = format!(
+        "#include \"casadi_fk.c\"\nint main(void)\n{{\n    const int count = 6; static double work[{}];",
+        made["work"]
+    );
+    let call = "const double *taken[1] = {q}; double r[48]; double *given[3] = {r, r + 9, r + 12}; \
+        casadi_fk(taken, given, 0, work, 0); HIDE(r);";
+    let program = around(&begin, &[("fk", call.to_owned())]);
+    std::fs::write(at("main_casadi.c"), program).expect("a file");
+    let compiling = build(&at("main_casadi.c"), &at("in_casadi"));
+    let theirs = times(&mut Command::new(at("in_casadi")))["fk"];
+
+    let asked =
+        format!("{motion} solver reach {{ inverse pose {tip} in {base}; within limits; }};");
+    let both = cell_of(&text, &asked);
+    std::fs::write(at("cell.rs"), rc_kinematics::rust(&both)).expect("a file");
+    std::fs::write(at("main.rs"), rust(&both)).expect("a file");
+    let words = ["rustc", "--edition=2021", "-Copt-level=3"];
+    compiled(&[&words[..], &[&at("main.rs"), "-o", &at("own_rust")]].concat());
+    let in_rust = times(&mut Command::new(at("own_rust")));
+    let k = by_k(urdf, tip);
+    let measured = [
+        ("pose and Jacobian in C, CasADi", own, theirs, "ns"),
+        ("compiling it", own_compiling * 1e3, compiling * 1e3, "ms"),
+        ("pose and Jacobian, `k`", in_rust["fk"], k, "ns"),
+    ];
+    let (mut rows, mut met) = (String::new(), true);
+    rows.push_str("| UR5 beside | goal | own | other | share |\n|---|---|---|---|---|\n");
+    for ((what, own, other, unit), goal) in measured.into_iter().zip(GOALS) {
+        let share = own / other;
+        met &= share <= goal;
+        let verdict = if share <= goal { "met" } else { "**missed**" };
+        writeln!(
+            rows,
+            "| {what} | ≤ {goal} | {own:.0} {unit} | {other:.0} {unit} | {share:.2} {verdict} |"
+        )
+        .expect("a text");
+    }
+    writeln!(
+        rows,
+        "\nPositions for a pose in Rust: {:.0} ns.",
+        in_rust["reach"]
+    )
+    .expect("a text");
+    (rows, met)
+}
