@@ -121,7 +121,7 @@ struct Decimal {
 impl Decimal {
     /// With so many digits, a product with the longest unit fits into 128 bits. The value of
     /// further digits of a fraction is below a nanosecond.
-    const LARGEST: u128 = 10_u128.pow(26);
+    const LARGEST: u128 = 10_u128.pow(24);
 
     /// Parses digits with an optional sign, fraction and exponent.
     fn parse(text: &str) -> Option<Self> {
@@ -225,6 +225,8 @@ mod tests {
             ("1e-99999999999999999999min", 0),
             ("1e400s", u64::MAX),
             ("18446744073709551.616us", u64::MAX),
+            (&format!("{}h", "9".repeat(27)), u64::MAX),
+            (&format!("0.{}h", "1".repeat(40)), 400_000_000_000),
             (&format!("0.{}1s", "0".repeat(200)), 0),
             (&format!("{}e-200s", "1".repeat(201)), 1_111_111_111),
         ] {
