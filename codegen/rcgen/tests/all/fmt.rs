@@ -97,3 +97,24 @@ fn processes_are_formatted_as_other_blocks() {
     .assert_eq(&formatted);
     succeeds(folder, &["fmt", "--check", "."]);
 }
+
+#[test]
+fn the_interfaces_and_networks_of_this_repository_are_formatted() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let root = std::path::Path::new(root);
+    let mut files = Vec::new();
+    for folder in ["interfaces", "interop", "networks", "../xtask/bench"] {
+        let folder = root.join("components").join(folder);
+        let entries = std::fs::read_dir(folder).expect("a folder");
+        let paths = entries.map(|entry| entry.expect("an entry").path());
+        let of_language = |path: &std::path::PathBuf| {
+            let ending = path.extension();
+            ending.is_some_and(|ending| ending == "idsl" || ending == "ddsl")
+        };
+        files.extend(paths.filter(of_language));
+    }
+    let files = files.iter().map(|file| file.to_str().expect("UTF-8"));
+    let words: Vec<&str> = ["fmt", "--check"].into_iter().chain(files).collect();
+    assert!(words.len() > 50, "{words:?}");
+    succeeds(root, &words);
+}

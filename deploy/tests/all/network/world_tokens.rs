@@ -97,7 +97,7 @@ const START: &str =
 #[test]
 fn keepers_start_a_world_once_and_keep_it_as_their_network_says() {
     let site = Site::new("world_kept");
-    let schema = "World g { schema \"../interfaces/home.gdsl\";";
+    let schema = "schema \"../interfaces/home.gdsl\";";
     let home = HOME.replace("Deployment home", "Deployment patrol");
     let text = home.replace(
         schema,
