@@ -5,7 +5,7 @@ use innermodel::{Edit, Error, Kind, NewNode, NodeRef, Pose, ROOT};
 use innermodel_simulation::World;
 use rc_diagnostics::foreign::clean;
 use rcis_generated::{Attribute, Followed, Node, Unmade};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 /// What the tree says of a node.
@@ -155,6 +155,7 @@ fn make(
             let _ = edit.move_to(id.as_str(), ROOT);
         }
     }
+    hold(edit, said, gone);
     for id in gone {
         if edit.snapshot().node(id.as_str()).is_ok() {
             edit.remove(id.as_str())?;
@@ -168,6 +169,24 @@ fn make(
         }
     }
     Ok((made, unmade))
+}
+
+/// Puts nodes of the tree that a client has moved below ones that are removed back below their
+/// parents: the tree still has them.
+fn hold(edit: &mut Edit, said: &HashMap<String, Said>, gone: &[String]) {
+    let all: HashSet<&str> = gone.iter().map(String::as_str).collect();
+    let stays = |node: &NodeRef<'_>| said.contains_key(node.id()) && !all.contains(node.id());
+    let tree = edit.snapshot();
+    let removed = gone.iter().filter_map(|id| tree.node(id.as_str()).ok());
+    let below = removed.flat_map(|node| node.subtree().skip(1));
+    let moved = below.filter(|node| stays(node) && !node.parent().as_ref().is_some_and(stays));
+    let moved: BTreeSet<String> = moved.map(|node| node.id().to_owned()).collect();
+    for id in moved {
+        let parent = said.get(&id).map_or(ROOT, |said| said.parent.as_str());
+        if edit.move_to(id.as_str(), parent).is_err() {
+            let _ = edit.move_to(id.as_str(), ROOT);
+        }
+    }
 }
 
 /// Adds a node, or changes of the one that is there what the tree says anew.

@@ -149,9 +149,28 @@ fn nodes_move_to_any_parents_and_one_that_is_removed_keeps_none_that_move_away()
 }
 
 #[test]
+fn a_node_that_a_client_has_moved_stays_when_its_new_parent_goes() {
+    let mut one = instance();
+    let hand = node("hand", "pan", r#"<transform id="hand"/>"#);
+    let mut all = tree();
+    all.push(hand);
+    one.follow(true, &[], all);
+    for [id, parent] in [["a", "hand"], ["shed", "b"]] {
+        let (id, parent) = (id.to_owned(), parent.to_owned());
+        let moved = Simulation::move_to(&mut one.0, &mut one.1, String::new(), id, parent);
+        moved.expect("two nodes");
+    }
+    let followed = one.follow(false, &["hand", "pan", "base"], Vec::new());
+    assert_eq!((followed.nodes, followed.unmade), (4, Vec::new()));
+    let there = ["a", "b", "shed", "hand"].map(|id| one.x("root", id));
+    assert_eq!(there, [Some(0.0), Some(0.0), Some(500.0), None]);
+}
+
+#[test]
 fn a_node_that_cannot_be_in_the_scene_is_told_and_the_others_are_there() {
     let mut one = instance();
-    let (text, other, mesh, orphan, wrong) = (
+    let (root, text, other, mesh, orphan, wrong) = (
+        node("root", "", r#"<transform id="root"/>"#),
         node("text", "root", "<transform"),
         node("other", "root", r#"<transform id="another"/>"#),
         node("mesh", "root", r#"<mesh id="mesh" file="/etc/passwd"/>"#),
@@ -162,11 +181,11 @@ fn a_node_that_cannot_be_in_the_scene_is_told_and_the_others_are_there() {
         },
     );
     let ball = node("ball", "root", r#"<sphere id="ball" radius="5"/>"#);
-    let all = vec![text, other, mesh, orphan, wrong, ball];
+    let all = vec![root, text, other, mesh, orphan, wrong, ball];
     let before = one.print();
     let followed = one.follow(false, &[], all);
     let unmade: Vec<&str> = followed.unmade.iter().map(|one| one.id.as_str()).collect();
-    assert_eq!(unmade, ["text", "other", "mesh", "orphan", "pan"]);
+    assert_eq!(unmade, ["root", "text", "other", "mesh", "orphan", "pan"]);
     assert!(followed.unmade.iter().all(|one| !one.what.is_empty()));
     assert_eq!((followed.nodes, one.x("root", "ball")), (1, Some(0.0)));
     let followed = one.follow(false, &["ball"], Vec::new());
