@@ -3,7 +3,9 @@
 use crate::front::changes;
 use crate::wire::node_out;
 use inner_model_generated::tracing::warn;
-use inner_model_generated::{Context, Member, Nodes, WorkerError};
+use inner_model_generated::{
+    Call, CallError, Context, Followed, Member, Nodes, SimulatorsDone, WorkerError,
+};
 use innermodel::Snapshot;
 use rc_diagnostics::foreign::clean;
 use std::collections::BTreeSet;
@@ -24,11 +26,17 @@ struct Simulator {
     member: Member,
     /// The version of the tree that it has. `None`: it needs the whole tree.
     told: Option<Arc<Snapshot>>,
+    /// The request that has not ended, and the version of the tree that it brings. Those who use the
+    /// tree do not wait for it.
+    asked: Option<(Call<Followed, CallError>, Arc<Snapshot>)>,
     /// Ids of nodes that its scene cannot have. They are sent again, because the reason may go.
     unmade: BTreeSet<String>,
     due: Duration,
     has_failed: bool,
 }
+
+/// The results wait for the next period.
+impl SimulatorsDone for crate::SpecificWorker {}
 
 impl Simulators {
     /// Opens the members that the network lists.
@@ -43,6 +51,7 @@ impl Simulators {
                 .map(|member| Simulator {
                     member: member.clone(),
                     told: None,
+                    asked: None,
                     unmade: BTreeSet::new(),
                     due: Duration::ZERO,
                     has_failed: false,
@@ -62,6 +71,17 @@ impl Simulators {
 impl Simulator {
     fn tell(&mut self, ctx: &mut Context, now: Duration, tree: &Arc<Snapshot>) {
         let client = &mut ctx.simulators[&self.member];
+        if let Some((call, asked)) = &self.asked {
+            let Some(result) = client.take(call) else {
+                return;
+            };
+            let asked = Arc::clone(asked);
+            self.asked = None;
+            match result {
+                Ok(followed) => self.has_answered(followed, asked),
+                Err(error) => self.fail(now, &error),
+            }
+        }
         if !client.is_connected() {
             self.told = None;
             return;
@@ -72,17 +92,23 @@ impl Simulator {
         }
         self.due = now + PERIOD;
         let (removed, nodes) = self.news(tree);
-        let whole = self.told.is_none();
+        match client.start_follow(self.told.is_none(), &removed, &nodes) {
+            Ok(call) => self.asked = Some((call, Arc::clone(tree))),
+            Err(error) => self.fail(now, &error),
+        }
+    }
+
+    fn fail(&mut self, now: Duration, error: &CallError) {
+        self.due = now + PERIOD;
+        if !std::mem::replace(&mut self.has_failed, true) {
+            let name = self.member.name();
+            warn!("the simulator `{name}` does not follow: {error}");
+        }
+    }
+
+    /// Notes what it has of a version of the tree.
+    fn has_answered(&mut self, followed: Followed, tree: Arc<Snapshot>) {
         let name = self.member.name();
-        let followed = match client.follow(whole, &removed, &nodes) {
-            Ok(followed) => followed,
-            Err(error) => {
-                if !std::mem::replace(&mut self.has_failed, true) {
-                    warn!("the simulator `{name}` does not follow: {error}");
-                }
-                return;
-            }
-        };
         self.has_failed = false;
         let (mut unmade, mut new) = (BTreeSet::new(), Vec::new());
         for one in followed.unmade {
@@ -100,7 +126,7 @@ impl Simulator {
         // The root is no node of the world.
         let all = tree.len() - 1;
         let has_all = usize::try_from(followed.nodes).is_ok_and(|has| has + unmade.len() >= all);
-        self.told = has_all.then(|| Arc::clone(tree));
+        self.told = has_all.then_some(tree);
         self.unmade = unmade;
     }
 

@@ -31,4 +31,4 @@ pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"2bae2811c333fe58\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"inner_model\",\"model\":\"db63339030562313\",\"middleware\":\"iceoryx2\"}\0";

@@ -42,7 +42,10 @@ const SLOT_SIMULATORS: Slot = Slot {
     type_name: "RcSimulation::Simulation",
     type_hash: 0xaaf17ff6893d1b43,
     backend: backend::MIDDLEWARE,
-    qos: Qos::CALL,
+    qos: Qos {
+        timeout: Duration::new(10, 0),
+        ..Qos::CALL
+    },
     is_array: true,
     operations: interfaces::simulation::OPERATIONS,
     external_types: backend::TYPES_SIMULATORS,
@@ -69,7 +72,7 @@ const SLOT_G_STREAMS: Slot = rc_world_typed::slot(
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "inner_model",
-    model_hash: 0x2bae2811c333fe58,
+    model_hash: 0xdb63339030562313,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 20000000),
     parameters: Some(parameters::SCHEMA),

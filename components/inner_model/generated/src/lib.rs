@@ -4,6 +4,7 @@
 //! [`rc_runtime::guide`] describes how its worker is written and tested.
 
 mod adapter;
+mod asynchronous;
 mod backend;
 mod context;
 mod description;
@@ -17,9 +18,12 @@ pub mod testing;
 pub mod types;
 
 pub use adapter::{Handlers, embed, run};
+pub use asynchronous::SimulatorsAsyncClient;
+pub use asynchronous::SimulatorsDone;
 pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
+pub use rc_runtime::middleware::typed::{Call, CallId};
 pub use rc_runtime::{Member, MemberError, SlotArray};
 pub use self::interfaces::*;
 pub use slots::{InnerModel, InnerModelManager};

@@ -4,6 +4,7 @@ mod following;
 mod hostile;
 mod manager;
 mod service;
+mod simulators;
 
 use inner_model::SpecificWorker;
 use inner_model_generated::interfaces::inner_model::InnerModelErrorOrCall;
