@@ -53,7 +53,8 @@ endif()
 # ROBOCOMP_PROGRAMS is the folder that it is built into, ROBOCOMP_PROGRAM another name for it;
 # `rcdeploy up --build` sets both.
 #
-# An installed program finds the library in `lib` of its prefix: PREFIX/components/NAME/bin/NAME. Packages set
+# An installed program finds the library in `lib` of its prefix: PREFIX/components/NAME/bin/NAME. In the target folder,
+# the library is beside the program; it comes first, because `lib` would be outside of the workspace there. Packages set
 # ROBOCOMP_FOLDER, the folder in which the component will be, and CMAKE_BUILD_WITH_INSTALL_RPATH.
 function(robocomp_component name program)
   set(folder "${CMAKE_CURRENT_SOURCE_DIR}")
@@ -67,7 +68,7 @@ function(robocomp_component name program)
   target_link_libraries(${name} PRIVATE robocomp::robocomp)
   set_target_properties(${name} PROPERTIES
     CXX_EXTENSIONS OFF
-    BUILD_RPATH "$ORIGIN/../../../lib"
+    BUILD_RPATH "$ORIGIN;$ORIGIN/../../../lib"
     INSTALL_RPATH "$ORIGIN/../../../lib"
     ENABLE_EXPORTS ON  # names of functions in the report of a crash
     OUTPUT_NAME "${program}")

@@ -173,8 +173,10 @@ impl Program {
             launcher::renew(place, files, folder, &SHARED)
                 .map_err(cannot(format!("write {}", place.display())))?;
         }
-        self.forget_other_toolchain()
-            .map_err(cannot(format!("clear {}", self.build.display())))?;
+        if let Some(toolchain) = &self.toolchain {
+            forget_other_toolchain(&self.build, toolchain)
+                .map_err(cannot(format!("clear {}", self.build.display())))?;
+        }
         let mut configure = Command::new("cmake");
         configure
             .args(["--log-level=WARNING", "-S"])
@@ -188,30 +190,6 @@ impl Program {
         self.run(build)
     }
 
-    /// Clears a build folder of another toolchain file: cmake keeps the compiler of its first run.
-    fn forget_other_toolchain(&self) -> io::Result<()> {
-        let Some(wanted) = &self.toolchain else {
-            return Ok(());
-        };
-        let cache = self.build.join("CMakeCache.txt");
-        let text = match std::fs::read(&cache) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-            read => read?,
-        };
-        let entry = [TOOLCHAIN.as_bytes(), b":"].concat();
-        let mut lines = text.split(|byte| *byte == b'\n');
-        let own = lines.find(|line| line.starts_with(&entry));
-        let own = own.and_then(|line| line.splitn(2, |byte| *byte == b'=').nth(1));
-        if own == Some(wanted.as_os_str().as_bytes()) {
-            return Ok(());
-        }
-        std::fs::remove_file(cache)?;
-        match std::fs::remove_dir_all(self.build.join("CMakeFiles")) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
-    }
-
     fn run(&self, mut command: Command) -> Result<(), Error> {
         // It asks nothing.
         let status = command.stdin(Stdio::null()).status();
@@ -223,5 +201,53 @@ impl Program {
             "cmake could not build {}",
             self.component
         )))
+    }
+}
+
+/// Clears a build folder of another toolchain file: cmake keeps the compiler of its first run.
+fn forget_other_toolchain(build: &Path, wanted: &Path) -> io::Result<()> {
+    let cache = build.join("CMakeCache.txt");
+    let text = match std::fs::read(&cache) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        read => read?,
+    };
+    let entry = [TOOLCHAIN.as_bytes(), b":"].concat();
+    let mut lines = text.split(|byte| *byte == b'\n');
+    let own = lines.find(|line| line.starts_with(&entry));
+    let own = own.and_then(|line| line.splitn(2, |byte| *byte == b'=').nth(1));
+    if own == Some(wanted.as_os_str().as_bytes()) {
+        return Ok(());
+    }
+    // The cache at last: it tells the next run that a clearing was interrupted.
+    match std::fs::remove_dir_all(build.join("CMakeFiles")) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => std::fs::remove_file(cache),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_build_folder_of_another_toolchain_file_is_cleared() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let build = folder.path();
+        let (cache, files) = (build.join("CMakeCache.txt"), build.join("CMakeFiles"));
+        let wanted = Path::new("/tools/a=b.cmake");
+        let is_kept = |text: &str| {
+            std::fs::create_dir_all(&files).expect("a folder");
+            std::fs::write(&cache, text).expect("a file");
+            forget_other_toolchain(build, wanted).expect("to look");
+            assert_eq!(cache.exists(), files.exists());
+            cache.exists()
+        };
+        let of =
+            |file: &str| format!("A:STRING=1\nCMAKE_TOOLCHAIN_FILE:FILEPATH={file}\nB:BOOL=ON\n");
+        assert!(is_kept(&of("/tools/a=b.cmake")));
+        assert!(!is_kept(&of("/tools/a")));
+        assert!(!is_kept("A:STRING=1\n"));
+        // There is nothing yet.
+        forget_other_toolchain(build, wanted).expect("to look");
     }
 }

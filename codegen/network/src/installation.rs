@@ -252,7 +252,7 @@ impl Installation {
                 let program = programs.join(&name);
                 let build = "`rcdeploy up --build` of a network with it builds it".to_owned();
                 of_this_version(&program, &build)?;
-                // The program looks for the library there first.
+                // The program looks for the library there, if none is beside it.
                 let library = programs.join(cmake::LIBRARY);
                 let there = Path::new(LIBRARIES).join(cmake::LIBRARY);
                 self.files.insert(there, Content::Copy(library));
