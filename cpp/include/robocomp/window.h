@@ -57,8 +57,9 @@ class WindowApplication final : public QApplication {
   bool notify(QObject* receiver, QEvent* event) override {
     try {
       const bool is_done = QApplication::notify(receiver, event);
-      // A loop inside a function of the worker has ended.
-      if (is_late_ && QThread::currentThread()->loopLevel() == 1) wake();
+      // A loop inside a function of the worker has ended. Threads of the worker have events, too.
+      const QThread* here = QThread::currentThread();
+      if (here == thread() && is_late_ && here->loopLevel() == 1) wake();
       return is_done;
     } catch (...) {
       if (thrown_) {

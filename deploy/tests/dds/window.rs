@@ -205,7 +205,7 @@ fn a_click_on_the_panel_stops_the_robot_and_its_end_is_in_order() {
     crate::built();
     let site = Site::new("window_cpp");
     let network = PANEL.replace("Deployment panel", &format!("Deployment {}", site.network));
-    let restart = "after simulator;\n        restart on_failure hung 2s; stop 1s;";
+    let restart = "after simulator;\n        restart on_failure hung 4s; stop 1s;";
     site.write_ddsl(&network.replace("after simulator;", restart));
     let mut up = tool(&site, &cmake);
     up.args(["up", "--build", "--detach", "--profile", "dev"]);
