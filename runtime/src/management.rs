@@ -494,7 +494,8 @@ impl Server {
             Ok(Request::Hops) => {
                 let lifecycle = self.shared.lifecycle.as_deref();
                 let is_active = |of: &Lifecycle| of.state() == LifecycleState::Active;
-                self.tools.hops(client, lifecycle.is_none_or(is_active))
+                let is_active = lifecycle.is_none_or(is_active);
+                self.tools.hops(&mut self.socket, client, is_active)
             }
             Ok(Request::Tap { slot, on }) => self.tools.tap(&mut self.socket, client, &slot, on),
             Ok(Request::Call {

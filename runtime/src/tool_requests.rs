@@ -29,6 +29,9 @@ use std::time::{Duration, Instant};
 const MOST_WAITING: usize = 3 << 20;
 /// How long the worker may take to handle a sample of a tool.
 const SAMPLE_LIMIT: Duration = Duration::from_secs(3);
+/// How long messages on chains are noted for a client that has left: it may ask again on another
+/// connection.
+const NOTED: Duration = Duration::from_secs(5);
 
 /// A client, the identifier of its request, and the result.
 type Answered = (u64, Option<Value>, Result<Value, Error>);
@@ -40,6 +43,8 @@ pub(crate) struct ToolRequests {
     hops: Arc<SharedHops>,
     /// The client for which messages on chains are noted.
     follower: Option<u64>,
+    /// Since when it has left.
+    left: Option<Instant>,
     commands: Arc<CommandQueue>,
     management: Waker,
     pending: Vec<(u64, Option<Value>, Arc<ToolMessage>)>,
@@ -57,6 +62,7 @@ impl ToolRequests {
             taps,
             hops,
             follower: None,
+            left: None,
             commands,
             management,
             pending: Vec::new(),
@@ -110,8 +116,8 @@ impl ToolRequests {
         client: u64,
         pairs: &[Pair],
     ) -> Result<Value, Error> {
-        self.end_following(socket);
-        if self.follower.is_some_and(|other| other != client) {
+        let other = self.follower.filter(|other| *other != client);
+        if other.is_some_and(|other| is_there(socket, other)) {
             let message = "another client follows the messages of this component";
             return Err(Error::new(Error::INVALID_PARAMS, message));
         }
@@ -129,6 +135,7 @@ impl ToolRequests {
         });
         let pairs: Vec<FollowedPair> = pairs.collect::<Result<_, Error>>()?;
         self.follower = (!pairs.is_empty()).then_some(client);
+        self.left = None;
         let senders = self.hops.follow(pairs);
         rpc::result(&Following { senders })
     }
@@ -155,8 +162,14 @@ impl ToolRequests {
     }
 
     /// Takes the notes since the last time. `active`: whether the component handles messages.
-    pub(crate) fn hops(&self, client: u64, active: bool) -> Result<Value, Error> {
-        if self.follower != Some(client) {
+    pub(crate) fn hops(
+        &self,
+        socket: &mut Socket<Tapping>,
+        client: u64,
+        active: bool,
+    ) -> Result<Value, Error> {
+        // The notes wait for the next one if nobody reads the answer.
+        if self.follower != Some(client) || !is_there(socket, client) {
             let message = "nothing is followed for this client; ask `follow` first";
             return Err(Error::new(Error::INVALID_PARAMS, message));
         }
@@ -168,13 +181,15 @@ impl ToolRequests {
         })
     }
 
-    /// Stops noting for a client that has left.
+    /// Stops noting for a client that left a while ago.
     fn end_following(&mut self, socket: &mut Socket<Tapping>) {
-        if self
-            .follower
-            .is_some_and(|client| socket.client_mut(client).is_none())
-        {
-            self.follower = None;
+        let follower = self.follower;
+        if follower.is_none_or(|client| is_there(socket, client)) {
+            return;
+        }
+        let left = *self.left.get_or_insert_with(Instant::now);
+        if left.elapsed() >= NOTED {
+            (self.follower, self.left) = (None, None);
             self.hops.follow(Vec::new());
         }
     }
@@ -390,194 +405,11 @@ fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str> + Cl
     )
 }
 
-#[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-    use crate::description::{Description, Slot};
-    use crate::slots::Listed;
-    use crate::waker::waker;
-    use rc_management::ServerSource;
-    use rc_management::observation::TappedKind;
-    use rc_middleware::{Header, WakeEvent};
-    use rustix::event::PollFlags;
-    use std::io::{ErrorKind, Read};
-    use std::os::fd::AsFd;
-    use std::os::unix::net::UnixStream;
-    use std::path::Path;
-
-    const SLOT: Slot = Slot {
-        name: "Numbers",
-        role: Role::Implements,
-        interface: "Numbers",
-        type_name: "Test::Numbers",
-        type_hash: 7,
-        backend: "none",
-        qos: rc_middleware::Qos::CALL,
-        is_array: false,
-        operations: &[],
-        external_types: &[],
-    };
-
-    pub(crate) static DESCRIPTION: Description = Description {
-        name: "tested",
-        model_hash: 1,
-        middleware: "none",
-        period: Duration::from_millis(2),
-        parameters: None,
-        folder: "/nowhere",
-        slots: &[SLOT],
-        types: &[],
-        backends: &[],
-        simulates_time: false,
-        managed: false,
-        converter: None,
-        note: b"",
-    };
-
-    fn tools(wake: &WakeEvent) -> (ToolRequests, Arc<CommandQueue>) {
-        let commands = Arc::new(CommandQueue::new(wake.clone()));
-        let (management, _wakeups) = waker().expect("a pair");
-        let taps = Arc::new(Taps::new(1, None));
-        let slots = Arc::new(SlotTable::replayed(&DESCRIPTION, ("n", "c"), Listed::new()));
-        let tools = ToolRequests::new(
-            slots,
-            (taps, Arc::default()),
-            Arc::clone(&commands),
-            management,
-        );
-        (tools, commands)
-    }
-
-    #[test]
-    fn one_message_is_handled_a_turn_after_what_controls() {
-        let wake = WakeEvent::new().expect("an event");
-        let (mut tools, commands) = tools(&wake);
-        let limit = Duration::from_mins(1);
-        for client in 0..3 {
-            let call = tools.call((client, None), "Numbers", vec![1], limit);
-            assert_eq!(call, Ok(()));
-        }
-        commands.push(Command::Emergency(true));
-        let mut turns = Vec::new();
-        while rc_middleware::wait(&[wake.as_fd()], Duration::ZERO) > 0 {
-            wake.clear();
-            let turn = commands.take().1.map(|command| match command {
-                Command::Message(_) => "message",
-                Command::Emergency(_) => "emergency",
-                _ => "another one",
-            });
-            turns.push(turn.collect::<Vec<_>>().join(" "));
-        }
-        assert_eq!(turns, ["emergency message", "message", "message"]);
-    }
-
-    #[test]
-    fn messages_that_wait_are_answered_at_the_end() {
-        let (mut tools, _) = tools(&WakeEvent::new().expect("an event"));
-        let limit = Duration::from_mins(1);
-        let id = Some(Value::from(7));
-        let call = tools.call((3, id.clone()), "Numbers", vec![1], limit);
-        assert_eq!(call, Ok(()));
-        let error = Error::new(Error::WORKER_REFUSES, "the component ends");
-        assert_eq!(tools.end(), [(3, id, Err(error))]);
-    }
-
-    /// Connects a client that taps the slot. Returns its number, and its end.
-    fn tap(socket: &mut Socket<Tapping>, tools: &ToolRequests, path: &Path) -> (u64, UnixStream) {
-        let stream = UnixStream::connect(path).expect("a connection");
-        let listener = socket.descriptors().next();
-        let listener = listener.map(|(source, _, flags)| (source, flags));
-        let (source, flags) = listener.expect("a listener");
-        socket.turn(source, flags);
-        let known = (0..9).filter(|number| socket.client_mut(*number).is_some());
-        let number = known.last().expect("a client");
-        tools
-            .tap(socket, number, "Numbers", true)
-            .expect("to switch it on");
-        (number, stream)
-    }
-
-    fn copy(body: Vec<u8>) -> Copied {
-        Copied {
-            slot: 0,
-            kind: TappedKind::Request,
-            operation: None,
-            header: Header::default(),
-            profile: Profile::Rpc,
-            dropped: 0,
-            body,
-        }
-    }
-
-    #[test]
-    fn each_client_gets_the_number_of_messages_that_it_has_lost() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("socket");
-        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
-        let (tools, _) = tools(&WakeEvent::new().expect("an event"));
-        let _slow = tap(&mut socket, &tools, &path);
-        for _ in 0..5 {
-            tools.send(&mut socket, copy(vec![1; 1 << 20]));
-        }
-        let _quick = tap(&mut socket, &tools, &path);
-        tools.send(&mut socket, copy(vec![1; 1 << 20]));
-        tools.send(&mut socket, copy(vec![2]));
-        let mut clients = socket.clients_mut();
-        let mut lost = || clients.next().map(|client| client.state[&0].dropped);
-        assert_eq!((lost(), lost()), (Some(4), Some(0)));
-    }
-
-    /// Lets the server write until the client has read so many lines.
-    fn read(
-        socket: &mut Socket<Tapping>,
-        number: u64,
-        client: &UnixStream,
-        lines: usize,
-    ) -> Vec<Notification> {
-        client.set_nonblocking(true).expect("a mode");
-        let (mut text, mut piece) = (Vec::new(), vec![0; 1 << 16]);
-        while text.split(|byte| *byte == b'\n').count() <= lines {
-            socket.turn(ServerSource::Client(number), PollFlags::OUT);
-            match (&*client).read(&mut piece) {
-                Ok(count) if count > 0 => text.extend_from_slice(&piece[..count]),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-                other => panic!("the connection has ended: {other:?}"),
-            }
-        }
-        let lines = text.split(|byte| *byte == b'\n');
-        let lines = lines.filter(|line| !line.is_empty()).map(|line| {
-            let line: Value = serde_json::from_slice(line).expect("JSON");
-            let method = line["method"].as_str().expect("a method");
-            rpc::message(method, line["params"].clone()).expect("a notification")
-        });
-        lines.collect()
-    }
-
-    #[test]
-    fn a_long_copy_finds_room_at_a_client_that_has_read_everything() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("socket");
-        let mut socket: Socket<Tapping> = Socket::bind(&path).expect("a socket");
-        let (mut tools, _) = tools(&WakeEvent::new().expect("an event"));
-        let (number, client) = tap(&mut socket, &tools, &path);
-        // A picture of 1280 x 720 pixels with 3 bytes each.
-        let picture = vec![7; 1280 * 720 * 3];
-        tools.send(&mut socket, copy(picture.clone()));
-        let received = read(&mut socket, number, &client, 1);
-        let Some(Notification::Tapped(tapped)) = received.first() else {
-            panic!("{} notifications", received.len());
-        };
-        assert!(tapped.body == picture && tapped.dropped == 0);
-        // A line longer than any message is lost, and no later copy has to report it.
-        tools.send(&mut socket, copy(vec![7; LONGEST]));
-        tools.turn(&mut socket);
-        let told = |dropped| Notification::Dropped {
-            slot: "Numbers".to_owned(),
-            dropped,
-        };
-        assert_eq!(read(&mut socket, number, &client, 1), [told(1)]);
-        tools.turn(&mut socket);
-        let client = socket.client_mut(number).expect("the client");
-        assert_eq!(client.waiting(), 0, "a loss is told once");
-    }
+/// Whether a client reads answers.
+fn is_there(socket: &mut Socket<Tapping>, client: u64) -> bool {
+    let client = socket.client_mut(client);
+    client.is_some_and(|client| !client.is_gone())
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -62,7 +62,8 @@ pub enum Request {
     /// Answered at once with [`Clocks`](crate::observation::Clocks).
     Clocks,
     /// Notes the messages of chains for this client from now on, in place of its earlier pairs;
-    /// without pairs, none. The end of the connection ends it. Answered with
+    /// without pairs, none. A few seconds after the end of the connection, it ends; until then
+    /// another client gets the notes if it names the same pairs. Answered with
     /// [`Following`](crate::hops::Following).
     Follow {
         /// The pairs of messages on chains.

@@ -82,6 +82,8 @@ pub struct ServedClient<T> {
     deferred: usize,
     /// Whether it sends nothing any more.
     has_ended: bool,
+    /// Whether it reads nothing any more.
+    is_gone: bool,
     /// When it connected, or when its last request came.
     active: Instant,
     /// Whether it waits for notifications. Then it keeps its place although it requests nothing.
@@ -272,6 +274,7 @@ impl<T: Default> Server<T> {
             output: Output::up_to(MAX_OUTPUT),
             deferred: 0,
             has_ended: false,
+            is_gone: false,
             active: Instant::now(),
             follows: false,
             state: T::default(),
@@ -296,6 +299,11 @@ impl<T> ServedClient<T> {
     /// How many bytes of output wait.
     pub fn waiting(&self) -> usize {
         self.output.len()
+    }
+
+    /// Whether it reads no more answers. Requests that it sent before may still be served.
+    pub fn is_gone(&self) -> bool {
+        self.is_gone
     }
 
     /// Queues a notification, for which there is no deadline. [`Server::flush`] writes it.
@@ -365,6 +373,7 @@ impl<T> ServedClient<T> {
 
     /// It reads no more replies. Requests that it sent before still count.
     fn expects_nothing(&mut self) {
+        self.is_gone = true;
         self.output.clear();
         self.deferred = 0;
     }

@@ -3,6 +3,7 @@
 mod aged;
 mod busy;
 mod ends;
+mod followed;
 mod life;
 mod lifecycle;
 mod log;

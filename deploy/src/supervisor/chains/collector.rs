@@ -435,6 +435,8 @@ impl Collector {
         component.coverage.since = known.max(since);
         component.taken += taken.hops.len() as u64;
         component.overwritten += taken.overwritten;
+        // It may have noted them while it did not answer.
+        let may_be_old = answer.following.is_some();
         for hop in &taken.hops {
             let Hop {
                 sender,
@@ -459,6 +461,9 @@ impl Collector {
             let own = component.own.get(pair).copied().unwrap_or_default();
             for (chain, part) in component.parts.get(pair).into_iter().flatten() {
                 let joiner = &mut self.joiners[*chain];
+                if may_be_old && joiner.has_forgotten(noted.left, now) {
+                    continue;
+                }
                 match part {
                     Part::Source => joiner.begin(own, output, noted.left),
                     Part::Stamps(hop) => joiner.stamped(*hop, (own, output), &noted),

@@ -204,6 +204,11 @@ impl Joiner {
         }
     }
 
+    /// Whether what the other components noted of a message may be forgotten that was sent at `left`.
+    pub(super) fn has_forgotten(&self, left: i64, now: i64) -> bool {
+        left < now.saturating_sub(self.patience)
+    }
+
     /// Adds the records of the component at `hop`. `own`: the first of the identities by which it
     /// sends.
     pub(super) fn add(&mut self, hop: usize, noted: JoinedHop, own: u32) {

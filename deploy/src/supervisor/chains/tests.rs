@@ -446,6 +446,23 @@ fn many_messages_are_followed_in_part_and_none_counts_as_lost() {
     assert!(status.hops.iter().all(|hop| hop.lost == 0), "{status:?}");
 }
 
+/// A component that works and does not answer keeps its notes. The newest ones are measured; what
+/// others noted of the messages before is forgotten, so nobody knows whether these arrived.
+#[test]
+fn what_a_component_noted_while_it_did_not_answer_is_measured() {
+    let mut network = Network::up();
+    network.runs[1] = false;
+    network.usual(200);
+    network.runs[1] = true;
+    network.senders[1].1 = true;
+    network.usual(100);
+    network.round(network.next() + 5 * SECOND);
+    let status = network.status();
+    assert!(status.hops.iter().all(|hop| hop.lost == 0), "{status:?}");
+    // More than the last two of ten seconds.
+    assert!((240..260).contains(&status.complete), "{status:?}");
+}
+
 /// 100,000 messages a second. Each component keeps the newest ones until it is asked, so that the
 /// records of two components may have no message in common. Nothing is late, lost or broken by that.
 #[test]
