@@ -2,7 +2,7 @@
 
 use super::{Finding, Grade};
 use crate::process::identity::Mark;
-use crate::remote::ssh;
+use crate::remote::{is_served, ssh};
 use rc_ddsl::model::Processor;
 use rc_deploy_network::plan::{Elsewhere, Host};
 use rc_diagnostics::foreign;
@@ -110,7 +110,7 @@ fn judged(check: &str, said: &str, elsewhere: Option<&Elsewhere>) -> Finding {
     let machine = kind.split(' ').nth(1).unwrap_or_default();
     let declared = elsewhere.map(|elsewhere| elsewhere.machine.as_deref());
     let is_right = match declared {
-        Some(Some(declared)) => declared == machine,
+        Some(Some(declared)) => is_served(declared, machine),
         Some(None) => true,
         None => kind == here,
     };

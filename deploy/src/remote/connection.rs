@@ -97,6 +97,13 @@ impl SetupThread {
     }
 }
 
+/// Whether programs for a machine, as `uname -m` names it, run on another one. A kernel of 64 bits also
+/// runs programs for 32-bit ARM: Raspberry Pi OS of 32 bits has one.
+pub(crate) fn is_served(programs: &str, machine: &str) -> bool {
+    let is_arm = || Processor::from_machine(programs) == Some(Processor::Armhf);
+    programs == machine || ["aarch64", "armv8l"].contains(&machine) && is_arm()
+}
+
 /// Whether the program runs on a machine of this kind: `Linux aarch64`.
 fn check_kind(kind: &str, program: &AgentProgram) -> Result<(), String> {
     let own = rustix::system::uname();
@@ -104,7 +111,9 @@ fn check_kind(kind: &str, program: &AgentProgram) -> Result<(), String> {
     let own = format!("{system} {}", own.machine().to_string_lossy());
     let elsewhere = program.elsewhere.as_ref();
     let is_right = match elsewhere.map(|elsewhere| elsewhere.machine.as_ref()) {
-        Some(Some(machine)) => kind == format!("{system} {machine}"),
+        Some(Some(machine)) => kind
+            .strip_prefix(&*format!("{system} "))
+            .is_some_and(|there| is_served(machine, there)),
         // It builds its programs itself.
         Some(None) => kind.starts_with(&format!("{system} ")),
         None => kind == own,
@@ -291,6 +300,9 @@ mod tests {
         assert_eq!(kind(None, &own), Ok(()));
         assert_eq!(kind(Some(Some("riscv64")), "Linux riscv64"), Ok(()));
         assert_eq!(kind(Some(None), "Linux mips"), Ok(()));
+        // A kernel of 64 bits below programs of 32 bits, but not the other way round.
+        assert_eq!(kind(Some(Some("armv7l")), "Linux aarch64"), Ok(()));
+        assert!(kind(Some(Some("aarch64")), "Linux armv7l").is_err());
         let refused = kind(None, "Linux riscv64").expect_err("it is another one");
         assert!(
             refused.contains("write `arch riscv64;` in its `Host`"),

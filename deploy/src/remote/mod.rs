@@ -30,7 +30,7 @@ pub(crate) mod there;
 mod timed_stream;
 
 pub use agent_setup::agent;
-pub(crate) use connection::AgentReady;
+pub(crate) use connection::{AgentReady, is_served};
 pub(crate) use host::{HostEvent, HostSource};
 pub(crate) use hosts::Hosts;
 pub(crate) use remote_process::{Outbox, RemoteProcess};

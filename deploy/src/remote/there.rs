@@ -493,7 +493,7 @@ if [ -f {list} ]; then
     comm -23 .old .new | drop
 fi
 mv .list.new {list} || exit 1
-sha256sum -c {list} 2>/dev/null | sed -n "s/: FAILED.*//p" > .missing
+sha256sum -c {list} 2>/dev/null | sed -n "s/\(.*\): FAILED.*/\1/p" > .missing
 kill "$s"; wait "$s" 2>/dev/null
 cat .missing
 say missing

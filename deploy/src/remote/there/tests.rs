@@ -63,12 +63,15 @@ fn a_host_gets_the_sources_of_each_workspace() {
         let files = files.map(|(path, text)| entry(path, text, &shared));
         let mut files = Vec::from(files);
         files.push(entry("ws/eye/one", None, &shared.join("map")));
+        files.push(entry("ws/it's: FAILED $x", Some("odd"), &shared));
         round(home, ".list-a", files)
     };
     let said = linked();
     let works = |line: &&String| line.ends_with(" works");
     assert!(said.iter().filter(works).count() >= 2, "{said:?}");
-    assert!(said.contains(&"ws/shared/map".to_owned()), "{said:?}");
+    for path in ["ws/shared/map", "ws/it's: FAILED $x"] {
+        assert!(said.contains(&path.to_owned()), "{said:?}");
+    }
     assert_eq!(read("ws/eye/data/map"), "old");
 
     // A folder is in the place of the link, with a file that the link has, too.
