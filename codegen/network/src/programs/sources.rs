@@ -7,6 +7,7 @@ use crate::workspaces::{Workspaces, cargo};
 use cargo_metadata::{Metadata, MetadataCommand};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
+use std::fs::DirEntry;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -117,16 +118,20 @@ impl Walk {
     /// Adds the files below a folder. `above` are the real folders that hold it: one that contains
     /// itself by a link is read once.
     fn add(&mut self, folder: &Path, above: &mut Vec<PathBuf>) -> io::Result<()> {
-        let real = folder.canonicalize()?;
+        let named = |error: io::Error| {
+            io::Error::new(error.kind(), format!("{}: {error}", folder.display()))
+        };
+        let real = folder.canonicalize().map_err(named)?;
         if above.contains(&real) {
             return Ok(());
         }
         above.push(real);
-        let mut entries = folder.read_dir()?.collect::<io::Result<Vec<_>>>()?;
-        entries.sort_by_key(std::fs::DirEntry::file_name);
+        let entries = folder.read_dir().and_then(Iterator::collect);
+        let mut entries: Vec<DirEntry> = entries.map_err(named)?;
+        entries.sort_by_key(DirEntry::file_name);
         for entry in entries {
             let (path, name) = (entry.path(), entry.file_name());
-            if entry.file_type()?.is_symlink() {
+            if entry.file_type().map_err(named)?.is_symlink() {
                 // A link to nothing is no source.
                 let Ok(target) = path.canonicalize() else {
                     continue;
@@ -136,7 +141,11 @@ impl Walk {
                     continue;
                 }
             }
-            let file = path.metadata()?;
+            let file = match path.metadata() {
+                // Somebody has removed it meanwhile.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                file => file.map_err(named)?,
+            };
             if file.is_dir() {
                 if !is_left_out(&path, &name) {
                     self.add(&path, above)?;
