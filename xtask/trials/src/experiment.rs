@@ -5,6 +5,8 @@
 //! lifecycle of robotics components using Domain-Specific Languages", section F: lines of code that
 //! a developer writes, and the time. The time here is that of the tools.
 
+mod boxes;
+mod components;
 mod tasks;
 
 use crate::programs::{Failure, cargo, finish, output, target};
@@ -20,6 +22,11 @@ const LIMIT: Duration = Duration::from_mins(20);
 const SHOWN: Duration = Duration::from_mins(1);
 /// How many lines of a log are read: all of this minute.
 const LINES: &str = "100000";
+
+/// The tasks over components of this repository, as box plots.
+pub(crate) fn components(smoke: bool) -> Result<(), Failure> {
+    components::run(smoke)
+}
 
 /// Does all tasks, and prints a table. With `smoke`, the builds are those of the test run.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {

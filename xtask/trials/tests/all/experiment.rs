@@ -28,3 +28,24 @@ fn each_task_of_the_paper_works_with_the_documented_lines() {
     }
     assert_eq!(rows, 7, "{said}");
 }
+
+#[test]
+fn the_tasks_are_counted_over_components_of_this_repository() {
+    let run = Command::new(env!("CARGO_BIN_EXE_trials"))
+        .args(["experiment", "components", "--smoke"])
+        .output()
+        .expect("to run trials");
+    let said = String::from_utf8_lossy(&run.stdout);
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{said}{errors}");
+    let rows: Vec<&str> = said.lines().skip(2).collect();
+    assert_eq!(rows.len(), 10, "{said}");
+    // A new method is typed in fewer lines with the tools than by hand.
+    let numbers = |row: &str| -> Vec<f64> {
+        let cells = row.split('|').skip(3);
+        let first = cells.filter_map(|cell| cell.split_whitespace().next()?.parse().ok());
+        first.collect()
+    };
+    let method = numbers(rows[2]);
+    assert!(method[0] < method[1], "{said}");
+}
