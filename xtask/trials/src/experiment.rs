@@ -7,6 +7,7 @@
 
 mod boxes;
 mod components;
+mod strokes;
 mod tasks;
 
 use crate::programs::{Failure, cargo, finish, output, target};

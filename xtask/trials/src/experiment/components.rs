@@ -1,13 +1,12 @@
 //! `cargo xtask experiment components`: the tasks over ten components and ten networks of this
 //! repository, with the tools, and by hand against the same runtime without the generator.
 //!
-//! By hand, a person writes what the generator writes: all code that changes in `generated/`, without
-//! comments, documentation, schemas and what only tools read, and the signatures that `rcgen stubs` prints. In place of a
-//! network, it is a script that starts each component with its arguments.
+//! By hand, a person types what the generator writes ([`by_hand`]), and what `rcgen stubs` prints to
+//! be pasted. In place of a network, it is a script that starts each component with its arguments.
 
 use super::boxes::{Row, quartiles, svg};
+use super::strokes::{Typed, by_hand};
 use crate::programs::{Failure, cargo, finish, output, root, target};
-use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -52,34 +51,6 @@ const CLASS: &str = "//! An average.\n\n#[derive(Default)]\npub struct Average {
     impl Average {\n    pub fn add(&mut self, value: f64) -> f64 {\n        self.sum += value;\n        self.count += 1.0;\n        \
     libm::round(self.sum / self.count)\n    }\n}\nmod average;\n";
 
-/// Typed text.
-#[derive(Clone, Copy, Default)]
-struct Typed {
-    lines: usize,
-    /// Without the blanks that an editor indents with; the end of a line counts.
-    keys: usize,
-}
-
-impl Typed {
-    fn add(&mut self, text: &str) {
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-            self.lines += 1;
-            self.keys += line.chars().count() + 1;
-        }
-    }
-
-    fn of(text: &str) -> Self {
-        let mut typed = Self::default();
-        typed.add(text);
-        typed
-    }
-
-    fn and(mut self, text: &str) -> Self {
-        self.add(text);
-        self
-    }
-}
-
 /// Measures all, prints the quartiles, and writes the pictures into `docs/images`, or with `smoke` into
 /// a temporary folder.
 pub(super) fn run(smoke: bool) -> Result<(), Failure> {
@@ -100,22 +71,22 @@ pub(super) fn run(smoke: bool) -> Result<(), Failure> {
         .arg(root())
         .arg(&copy.root);
     output(clone, LIMIT)?;
-    // What a generator of other versions would change is no part of a task.
+    // What a generator of another version would change is no part of a task.
     copy.tool("rcgen", &["generate"])?;
     copy.git(&["add", "--all"])?;
-    let mut measured: Vec<[Vec<Typed>; 2]> = vec![Default::default()];
+    let base = copy.git(&["write-tree"])?;
     // A short run has two of each.
     let count = if smoke { 2 } else { COMPONENTS.len() };
-    for network in NETWORKS.into_iter().take(count) {
-        let [tools, hand] = copy.deploy(network)?;
-        measured[0][0].push(tools);
-        measured[0][1].push(hand);
-    }
-    for (task, name) in TASKS.iter().enumerate().skip(1) {
+    let mut measured: Vec<[Vec<Typed>; 2]> = Vec::new();
+    for (task, name) in TASKS.iter().enumerate() {
         let mut both: [Vec<Typed>; 2] = Default::default();
-        for component in COMPONENTS.into_iter().take(count) {
-            let failed = |error: Failure| format!("{name}, {component}: {error}");
-            let [tools, hand] = copy.perform(task, component).map_err(failed)?;
+        let subjects = if task == 0 { NETWORKS } else { COMPONENTS };
+        for subject in subjects.into_iter().take(count) {
+            let typed = match task {
+                0 => copy.deploy(subject),
+                _ => copy.perform(task, subject, base.trim()),
+            };
+            let [tools, hand] = typed.map_err(|error| format!("{name}, {subject}: {error}"))?;
             both[0].push(tools);
             both[1].push(hand);
         }
@@ -192,7 +163,7 @@ impl Copy {
         let text = fs::read_to_string(self.root.join(&file))?;
         let code = text.lines().filter(|line| !line.trim().starts_with("//"));
         let code: String = code.map(|line| format!("{line}\n")).collect();
-        let tools = Typed::of(&code).and(&format!("rcdeploy up {network}.ddsl"));
+        let tools = Typed::of(&code).and(&format!("rcdeploy up {file}"));
         let mut script = "#!/bin/sh\ntrap 'kill 0' INT TERM\n".to_owned();
         let root = format!("{}/", self.root.display());
         for component in plan["components"].as_array().ok_or("no components")? {
@@ -211,62 +182,39 @@ impl Copy {
         }
         let hand = Typed::of(&script)
             .and("wait")
-            .and(&format!("sh {network}.sh"));
+            .and(&format!("sh components/networks/{network}.sh"));
         Ok([tools, hand])
     }
 
-    /// One of the other tasks, at a component.
-    fn perform(&self, task: usize, component: &str) -> Result<[Typed; 2], Failure> {
+    /// One of the other tasks, at a component. `base` is the tree before it.
+    fn perform(&self, task: usize, component: &str, base: &str) -> Result<[Typed; 2], Failure> {
         let cdsl = format!("components/{component}/{component}.cdsl");
         let path = self.root.join(&cdsl);
         let before = fs::read_to_string(&path)?;
         let (descriptions, code) = match task {
-            1 => (Self::library(&path, &before)?, CLASS.to_owned()),
-            2 => {
-                let line = self.method(&before)?;
-                (line, "ctx.device.added(1)?;\n".to_owned())
-            }
-            3 => {
-                let lines = add_slot(&path, &before, "implements", "TouchSensor")?;
-                (lines, "self.touched()\n".to_owned())
-            }
-            _ => {
-                let lines = add_slot(&path, &before, "requires", "Ultrasound")?;
-                (
-                    lines,
-                    "let sensors = ctx.added.get_all_sensor_distances()?;\n".to_owned(),
-                )
-            }
+            1 => (Self::library(&path, &before)?, CLASS),
+            // One line that calls an operation, or answers one.
+            2 => (self.method(&before)?, "ctx.device.added(1)?;"),
+            3 => (
+                add_slot(&path, &before, "implements", "TouchSensor")?,
+                "self.touched()",
+            ),
+            _ => (
+                add_slot(&path, &before, "requires", "Ultrasound")?,
+                "let sensors = ctx.added.get_all_sensor_distances()?;",
+            ),
         };
         self.tool("rcgen", &["generate", &cdsl])?;
-        let tools = Typed::of(&descriptions)
-            .and(&code)
-            .and("rcgen generate")
-            .and(&format!("rcgen stubs {component}"));
-        let mut hand = Typed::of(&code);
-        hand.add(&self.stubs(&cdsl)?);
-        hand.add(&generated(&self.git(&[
-            "diff",
-            "--unified=0",
-            "--no-color",
-        ])?));
-        hand.add(&generated(&self.new_files()?));
-        self.git(&["checkout", "--quiet", "--", "."])?;
-        self.git(&["clean", "--quiet", "--force", "-d"])?;
-        Ok([tools, hand])
-    }
-
-    /// The texts of files that the task has added, as a diff.
-    fn new_files(&self) -> Result<String, Failure> {
-        let names = self.git(&["ls-files", "--others", "--exclude-standard"])?;
-        let mut out = String::new();
-        for name in names.lines() {
-            out.push_str(&format!("+++ b/{name}\n"));
-            let text = fs::read_to_string(self.root.join(name))?;
-            text.lines()
-                .for_each(|line| out.push_str(&format!("+{line}\n")));
+        let stubs = self.tool("rcgen", &["stubs", &cdsl])?;
+        let mut tools = Typed::of(&descriptions).and(code).and("rcgen generate");
+        if !stubs.is_empty() {
+            tools = tools.and(&format!("rcgen stubs {cdsl}"));
         }
-        Ok(out)
+        self.git(&["add", "--all"])?;
+        let diff = self.git(&["diff", "--cached", "--unified=0", "--no-color", base])?;
+        let hand = Typed::of(code).and(&pasted(&stubs)).and(&by_hand(&diff));
+        self.git(&["read-tree", "--reset", "-u", base])?;
+        Ok([tools, hand])
     }
 
     /// Adds a library to the dependencies of a component.
@@ -282,107 +230,66 @@ impl Copy {
         Ok(text.to_owned())
     }
 
-    /// Adds an operation to the first interface that the component imports; to another one, if it
-    /// imports none.
+    /// Adds an operation to the first interface that the component imports.
     fn method(&self, cdsl: &str) -> Result<String, Failure> {
         let imports = cdsl
             .lines()
             .filter_map(|line| line.trim().strip_prefix("import \""));
         let mut files = imports.filter_map(|rest| rest.strip_suffix(".idsl\";"));
-        let name = files.next().unwrap_or("Bumper");
+        let name = files.next().ok_or("a component imports an interface")?;
         let path = self.root.join(format!("components/interfaces/{name}.idsl"));
-        let text = fs::read_to_string(&path)?;
-        let at = text
-            .find("    interface ")
-            .ok_or("a module has an interface")?;
-        let open = at + text[at..].find('{').ok_or("an interface has a body")? + 1;
-        let is_topic = text[open..].trim_start().starts_with("void ") && name.ends_with("Pub");
-        let line = if is_topic || name == "Camera" {
-            "        void added(int amount);\n"
-        } else {
-            "        int added(int amount);\n"
-        };
-        let end = open
-            + text[open..]
-                .find("    };")
-                .ok_or("an interface has an end")?;
-        fs::write(&path, format!("{}{line}{}", &text[..end], &text[end..]))?;
-        Ok(line.to_owned())
-    }
-
-    /// What `rcgen stubs` prints to be pasted.
-    fn stubs(&self, cdsl: &str) -> Result<String, Failure> {
-        let printed = self.tool("rcgen", &["stubs", cdsl])?;
-        let code = printed
-            .lines()
-            .filter(|line| !line.trim_start().starts_with("//"));
-        Ok(code.map(|line| format!("{line}\n")).collect())
+        // The operations of a topic have no result.
+        let result = if name.ends_with("Pub") { "void" } else { "int" };
+        let line = format!("        {result} added(int amount);\n");
+        insert(&path, "interface ", &line)?;
+        Ok(line)
     }
 }
 
-/// Adds a slot to a component, and the import of its interface.
+/// Adds a slot to a component as the last one of its role, and the import of its interface.
 fn add_slot(path: &Path, before: &str, role: &str, interface: &str) -> Result<String, Failure> {
     let import = format!("import \"{interface}.idsl\";\n");
-    let first = before.find("Component ").ok_or("a component has a name")?;
-    let known = format!(" {role} ");
-    let (at, slot) = if let Some(at) = before.find(&known) {
-        (at + known.len(), format!("{interface} as added, "))
-    } else {
-        let at = before.find("Communications");
-        let at = at.ok_or("a component communicates")?;
-        let open = at + before[at..].find('{').ok_or("a block begins")? + 1;
-        (open, format!("\n        {role} {interface} as added;\n"))
+    let imported = before.replacen("Component ", &format!("{import}Component "), 1);
+    fs::write(path, &imported)?;
+    let Some(clause) = imported.find(&format!("\n        {role} ")) else {
+        let slot = format!("        {role} {interface} as added;\n");
+        insert(path, "Communications", &slot)?;
+        return Ok(import + &slot);
     };
-    let text = format!(
-        "{}{import}{}{slot}{}",
-        &before[..first],
-        &before[first..at],
-        &before[at..]
-    );
-    fs::write(path, text)?;
+    let mut depth = 0_i32;
+    let end = imported[clause..].find(|c| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        c == ';' && depth == 0
+    });
+    let (head, rest) = imported.split_at(clause + end.ok_or("a clause has an end")?);
+    let slot = format!(", {interface} as added");
+    fs::write(path, format!("{head}{slot}{rest}"))?;
     Ok(import + &slot)
 }
 
-/// Whether a person without the generator types a line: no comment, and nothing that only tools read,
-/// as hashes of types and descriptions in JSON.
-fn is_code(line: &str) -> bool {
-    let is_for_tools =
-        line.contains("hash") || line.contains("const NOTE") || line.starts_with("{\"");
-    !is_for_tools && !line.starts_with("//") && !line.starts_with('#')
+/// Adds a line at the end of the first block that begins with `    BLOCK`.
+fn insert(path: &Path, block: &str, line: &str) -> Result<(), Failure> {
+    let text = fs::read_to_string(path)?;
+    let begin = text.find(&format!("\n    {block}"));
+    let end = begin.and_then(|at| Some(at + text[at..].find("\n    }")? + 1));
+    let end = end.ok_or_else(|| format!("{}: no block {block}", path.display()))?;
+    Ok(fs::write(
+        path,
+        format!("{}{line}{}", &text[..end], &text[end..]),
+    )?)
 }
 
-/// The code in `generated/` that a diff adds, without comments.
-fn generated(diff: &str) -> String {
-    let mut counts = false;
-    let mut out = String::new();
-    // A line that only moves is not typed.
-    let mut removed: HashMap<&str, usize> = HashMap::new();
-    for line in diff.lines() {
-        if let Some(name) = line.strip_prefix("+++ b/") {
-            let is_code = [".rs", ".toml"].iter().any(|end| name.ends_with(end));
-            counts = is_code && name.contains("/generated/");
-        } else if let Some(text) = line.strip_prefix('-').filter(|_| counts) {
-            *removed.entry(text.trim()).or_default() += 1;
-        }
-    }
-    for line in diff.lines() {
-        if let Some(name) = line.strip_prefix("+++ b/") {
-            let is_code = [".rs", ".toml"].iter().any(|end| name.ends_with(end));
-            counts = is_code && name.contains("/generated/");
-            continue;
-        }
-        let Some(text) = line.strip_prefix('+').filter(|_| counts) else {
-            continue;
-        };
-        let text = text.trim();
-        if let Some(count) = removed.get_mut(text).filter(|count| **count > 0) {
-            *count -= 1;
-        } else if is_code(text) {
-            out.push_str(text);
-            out.push('\n');
-        }
-    }
-    out
+/// What a person types of the output of `rcgen stubs`: without its headings, and without the bodies,
+/// which the code of the task replaces.
+fn pasted(stubs: &str) -> String {
+    let is_typed = |line: &&str| {
+        let line = line.trim_start();
+        !["//", "let _ =", "Default::default()"]
+            .iter()
+            .any(|start| line.starts_with(start))
+    };
+    let lines = stubs.lines().filter(is_typed);
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 #[cfg(test)]
@@ -390,27 +297,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_code_of_generated_files_counts() {
-        let diff = "\
---- a/components/a/generated/src/slots.rs
-+++ b/components/a/generated/src/slots.rs
-@@ -1 +1,4 @@
--moved();
-+// A comment.
-+    model_hash: 0x1,
-+{\"name\":\"x\"}
-+let x = 1;
+    fn a_line_is_added_at_the_end_of_its_block() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.cdsl");
+        let before = "Component a\n{\n    Communications\n    {\n        requires B { depth 1; };\n    };\n};\n";
+        let typed = add_slot(&path, before, "requires", "C").expect("a slot");
+        assert_eq!(typed, "import \"C.idsl\";\n, C as added");
+        let text = fs::read_to_string(&path).expect("the file");
+        let expected = "import \"C.idsl\";\nComponent a\n{\n    Communications\n    {\n        requires B { depth 1; }, C as added;\n    };\n};\n";
+        assert_eq!(text, expected);
+    }
 
-+moved();
-+let y = 2;
---- a/components/a/a.cdsl
-+++ b/components/a/a.cdsl
-+requires Laser;
-+++ b/components/a/generated/operations.md
-+# Text
-";
-        assert_eq!(generated(diff), "let x = 1;\nlet y = 2;\n");
-        let typed = Typed::of("  ab\n\n c\n");
-        assert_eq!((typed.lines, typed.keys), (2, 5));
+    #[test]
+    fn bodies_of_stubs_are_replaced() {
+        let stubs = "// a.rs: at the end\nimpl Added {\n    fn f(&mut self) {\n        let _ = ctx;\n        Default::default()\n    }\n}\n";
+        assert_eq!(
+            pasted(stubs),
+            "impl Added {\n    fn f(&mut self) {\n    }\n}\n"
+        );
     }
 }

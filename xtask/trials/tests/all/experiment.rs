@@ -31,6 +31,7 @@ fn each_task_of_the_paper_works_with_the_documented_lines() {
 
 #[test]
 fn the_tasks_are_counted_over_components_of_this_repository() {
+    let _alone = alone();
     let run = Command::new(env!("CARGO_BIN_EXE_trials"))
         .args(["experiment", "components", "--smoke"])
         .output()
