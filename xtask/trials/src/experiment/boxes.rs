@@ -55,20 +55,19 @@ pub(super) fn svg(title: &str, axis: &str, rows: &[Row]) -> String {
         let top = TOP + HEIGHT * number as f64;
         let middle = top + HEIGHT / 2.0;
         let [first, median, third] = quartiles(&row.values);
-        let (from, to) = (x(first), x(third));
+        let (from, at, to) = (x(first), x(median), x(third));
         let fill = if row.dark { "#9db4d0" } else { "#e3ebf5" };
         let _ = writeln!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
              <rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" stroke=\"#333\"/>\
-             <line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{2:.1}\" y2=\"{:.1}\" stroke=\"red\" stroke-width=\"2\"/>",
+             <line x1=\"{at:.1}\" y1=\"{:.1}\" x2=\"{at:.1}\" y2=\"{:.1}\" stroke=\"red\" stroke-width=\"2\"/>",
             LEFT - 10.0,
             middle + 4.0,
             row.name,
             top + 5.0,
             (to - from).max(1.0),
             HEIGHT - 10.0,
-            x(median),
             top + 5.0,
             top + HEIGHT - 5.0,
         );
@@ -114,6 +113,14 @@ mod tests {
         };
         let rows = [row("a", &[1.0, 2.0, 3.0, 100.0]), row("b", &[5.0; 4])];
         let svg = svg("Lines", "lines", &rows);
+        // The medians are 2.5 and 5 of 100, on two decades.
+        for at in ["441.4", "525.7"] {
+            let line = format!("<line x1=\"{at}\" y1=\"");
+            assert!(
+                svg.contains(&line) && svg.contains(&format!("x2=\"{at}\"")),
+                "{svg}"
+            );
+        }
         assert_eq!(svg.matches("stroke=\"red\"").count(), 2);
         assert_eq!(svg.matches("fill=\"green\"").count(), 2);
         assert_eq!(svg.matches("stroke=\"#333\"").count(), 2);
