@@ -55,7 +55,7 @@ fn a_launcher_is_a_script_with_the_note_of_its_component() {
     );
     let text = text.expect("a script");
     assert!(
-        text.contains("\nexport ROBOCOMP_NATIVE=\"$root\"'/x/lib.so'\n"),
+        text.contains("\nexport ROBOCOMP_NATIVE=\"$root\"/x/lib.so\n"),
         "{text}"
     );
     write(&path, &text).expect("a launcher");
