@@ -6,7 +6,7 @@ use rc_cdsl::model::Slot;
 /// A slot of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Endpoint {
-    /// Index into [`Deployment::instances`].
+    /// Index into [`Deployment::instances`](crate::Deployment::instances).
     pub instance: usize,
     /// Index into [`Component::slots`].
     pub slot: usize,

@@ -33,7 +33,7 @@ pub struct Operation {
     /// Whether the operation is a query, which has a reply.
     pub two_way: bool,
     /// The variants of a reply, if the operation throws: its exceptions in the order of their
-    /// declaration, and then its result, as [`Profile::Bare`] orders them. Empty if it throws
+    /// declaration, and then its result, as [`Profile::Bare`](crate::Profile::Bare) orders them. Empty if it throws
     /// nothing.
     pub replies: &'static [ReplyVariant],
 }

@@ -1,7 +1,7 @@
 //! Data prototypes: the meanings of the values of a type. A prototype names the meaning, the
 //! coordinates, the type that holds the numbers, their units and axes.
 //!
-//! [`parse`] turns one `.dproto` text into a syntax tree ([`ast`]), [`format`] prints it. [`load`]
+//! [`parse`] turns one `.dproto` text into a syntax tree ([`ast`]), [`format()`] prints it. [`load`]
 //! loads a text with its imports, and resolves all names: a [`Library`](model::Library).
 //! [`GEOMETRY`] is the domain that comes with this crate.
 //!

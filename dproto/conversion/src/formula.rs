@@ -11,7 +11,7 @@ pub struct Formula {
     pub steps: Vec<Step>,
     /// The new value of each number of the group.
     pub outputs: Vec<Operand>,
-    /// Where one of these is below [`LOCKED`], three turns among the outputs are at a gimbal lock.
+    /// Where one of these is below [`LOCKED`](rc_quantity::rotation::LOCKED), three turns among the outputs are at a gimbal lock.
     pub locks: Vec<Operand>,
 }
 

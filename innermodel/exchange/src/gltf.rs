@@ -23,7 +23,7 @@ const INDICES: u32 = 34963;
 /// The program, as the files name it.
 const GENERATOR: &str = "rcgen";
 
-/// Whether [`write`] made a file.
+/// Whether [`write()`] made a file.
 pub fn is_exported(file: &[u8]) -> bool {
     let read = || {
         let length: [u8; 4] = file.get(12..16)?.try_into().ok()?;

@@ -1,7 +1,7 @@
 //! InnerModel files: the robot and its world as one tree, in XML.
 //!
 //! [`load`] reads a file with all that it includes into a [`Document`] and reports errors.
-//! [`print`] writes a document that loads as an equal one. [`format`] changes the layout of a text
+//! [`print()`] writes a document that loads as an equal one. [`format()`] changes the layout of a text
 //! and not its content. [`rewrite`] changes single elements of a text. Lengths of a document are
 //! millimetres, angles radians, whatever the unit of the file.
 //!

@@ -1,8 +1,8 @@
 //! Diagnostics about source texts, shared by all languages and tools of this project.
 //!
-//! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render`] prints
+//! [`SourceMap`] owns the texts, a [`Span`] is a byte range in one of them, and [`render()`] prints
 //! [`Diagnostics`]. This crate knows none of the languages. [`foreign`] cleans text from
-//! outside, [`xml`] escapes it, and [`print`] is how the tools print.
+//! outside, [`xml`] escapes it, and [`mod@print`] is how the tools print.
 //!
 //! # Example
 //!

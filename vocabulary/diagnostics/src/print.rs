@@ -1,6 +1,6 @@
 //! How the command-line tools print.
 //!
-//! Text for people ([`line`], [`error`]) shows control characters instead of sending them to the
+//! Text for people ([`line()`], [`error`]) shows control characters instead of sending them to the
 //! terminal, and is ASCII where the locale is not UTF-8. Data ([`data`], [`Output`]) are written as
 //! they are. A failure of standard output is remembered for the exit code ([`exit_code`]).
 

@@ -13,7 +13,7 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     write_with(path, |out| out.write_all(content.as_ref()))
 }
 
-/// [`write`] for what `fill` writes, so that a large file is not in memory. It may run twice.
+/// [`write()`] for what `fill` writes, so that a large file is not in memory. It may run twice.
 ///
 /// # Errors
 /// That of `fill` or of the system. The file is unchanged then.

@@ -2,7 +2,7 @@
 //! `world`.
 //!
 //! Generated code declares a type for each type of the schema ([`node!`], [`edge!`]) with its
-//! attributes, and the writable parts ([`edit_node!`], [`edit_edge!`]). A [`View`] is one version,
+//! attributes, and the writable parts ([`edit_element!`], [`edit_edge!`]). A [`View`] is one version,
 //! which never changes. A [`Change`] has the changes of one type between two versions. [`dsr`] has the
 //! names of DSR, for moving code.
 //!

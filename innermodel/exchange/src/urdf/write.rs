@@ -19,7 +19,7 @@ const FAR: f64 = 10_000.0;
 /// The first lines of a file.
 const BEGIN: &str = "<?xml version=\"1.0\"?>\n<!-- Exported by rcgen. -->\n";
 
-/// Whether [`write`] made a file.
+/// Whether [`write()`] made a file.
 pub fn is_exported(file: &[u8]) -> bool {
     file.starts_with(BEGIN.as_bytes())
 }
