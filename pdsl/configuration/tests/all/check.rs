@@ -535,7 +535,7 @@ fn only_a_duration_with_an_unknown_unit_is_said_to_have_one() {
         let text = format!("[parameters]\ntimeout = {value}\n");
         read(&text, Some(&load(BUS))).2
     };
-    for value in ["'2m'", "'3 sec'", "'1.5hours'", "'2h' # no"] {
+    for value in ["'2m'", "'3 sec'", "'1.5hours'", "'2d' # no"] {
         assert!(found(value).contains("unknown unit"), "{value}");
     }
     for value in ["'2'", "'fast'", "''", "true", "'5s'"] {
