@@ -62,8 +62,9 @@ fn it_runs_where_it_is_installed(site: &Site) {
     let installed = site.run(rcgen);
     assert_eq!(installed.code, 0, "{installed:?}");
     let program = prefix.join("components/avoider_cpp/bin/avoider_cpp");
+    // Cargo has its target folder in this variable, which comes before all others.
     let mut ldd = Command::new("ldd");
-    ldd.arg(&program);
+    ldd.arg(&program).env_remove("LD_LIBRARY_PATH");
     let linked = site.run(ldd).stdout;
     let library = linked.lines().find(|line| line.contains("librobocomp_cpp"));
     let library = library
