@@ -16,7 +16,7 @@ use crate::process::identity::{Mark, first_readable};
 use rc_deploy_client::error::print_error;
 use rc_deploy_network::plan::Host;
 use rc_deploy_network::{Build, Source, Sources};
-use rc_diagnostics::foreign::{clean, clean_lines};
+use rc_diagnostics::foreign::{clean, clean_bytes, clean_lines};
 use rc_vocabulary::shell;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use sha2::{Digest, Sha256};
@@ -224,6 +224,10 @@ impl Places {
             // A line of the list has one name.
             let bytes = path.as_os_str().as_bytes();
             if bytes.iter().any(|byte| b"\n\\".contains(byte)) {
+                print_error(format_args!(
+                    "rcdeploy: {} is not copied: its path has a line break or a backslash",
+                    clean_bytes(bytes)
+                ));
                 continue;
             }
             let entry = match source {
