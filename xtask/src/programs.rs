@@ -13,8 +13,8 @@ use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long the output of a program may stay open after its end. A process that a test has left may
-/// keep it open forever.
+/// How long the output of a program may stay open and silent after its end. A process that a test has
+/// left may keep it open forever, and ten times as long if that one prints.
 const LEFT_OPEN: Duration = Duration::from_secs(2);
 
 /// A program with tests.
@@ -221,14 +221,18 @@ pub(crate) fn lines(
     });
     let mut ended: Option<(ExitStatus, Instant)> = None;
     loop {
-        match receiver.recv_timeout(Duration::from_millis(200)) {
-            Ok(bytes) => line(&String::from_utf8_lossy(&bytes)),
-            Err(RecvTimeoutError::Timeout) => {}
+        // What the program itself has said is read to its end, also on a machine that stood still.
+        let limit = match receiver.recv_timeout(Duration::from_millis(200)) {
+            Ok(bytes) => {
+                line(&String::from_utf8_lossy(&bytes));
+                LEFT_OPEN * 10
+            }
+            Err(RecvTimeoutError::Timeout) => LEFT_OPEN,
             Err(RecvTimeoutError::Disconnected) => return child.wait(),
-        }
+        };
         match ended {
             None => ended = child.try_wait()?.map(|status| (status, Instant::now())),
-            Some((status, at)) if at.elapsed() > LEFT_OPEN => return Ok(status),
+            Some((status, at)) if at.elapsed() > limit => return Ok(status),
             Some(_) => {}
         }
     }

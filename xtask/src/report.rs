@@ -4,6 +4,8 @@
 //! begins with cargo's `Running …`, holds the harness's `failures:` and `test result: …`, and ends
 //! with cargo's `error: test failed, to rerun pass …` if it failed.
 
+use std::collections::VecDeque;
+
 /// The output about one target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Block {
@@ -17,7 +19,15 @@ pub(crate) struct Block {
     pub(crate) rerun: Option<String>,
     /// Why `failed` may be incomplete, if it may.
     pub(crate) doubt: Option<&'static str>,
+    /// The last lines, which tell how a target ended that does not list its failed tests.
+    pub(crate) tail: VecDeque<String>,
 }
+
+/// The doubt about a target that a signal has ended, for example.
+pub(crate) const ENDED: &str = "it ended without a list of failed tests";
+
+/// How many of the last lines a block keeps.
+const TAIL: usize = 8;
 
 /// Reads the output of `cargo test --no-fail-fast` line by line.
 #[derive(Debug, Default)]
@@ -44,6 +54,10 @@ impl Report {
             let target = line.strip_prefix("    `").and_then(|l| l.strip_suffix('`'));
             targets.extend(target.map(str::to_owned));
         } else if let Some(block) = self.blocks.last_mut() {
+            block.tail.push_back(line.to_owned());
+            if block.tail.len() > TAIL {
+                block.tail.pop_front();
+            }
             if line == "failures:" {
                 self.listed = Some(Vec::new());
             } else if let Some((passed, failed)) = result(line) {
@@ -59,7 +73,7 @@ impl Report {
                 } else if rerun.ends_with("--doc") {
                     Some("examples in documentation are not repeated")
                 } else if block.failed.is_empty() {
-                    Some("it ended without a list of failed tests")
+                    Some(ENDED)
                 } else {
                     None
                 };
@@ -90,6 +104,12 @@ impl Report {
         } else {
             Ok(failed)
         }
+    }
+
+    /// Whether the target of `first`, which did not list its failed tests, passed in this second run.
+    pub(crate) fn passes_whole(&self, first: &Block) -> bool {
+        let second = self.blocks.iter().find(|b| b.program == first.program);
+        second.is_some_and(|second| second.rerun.is_none() && second.passed > 0)
     }
 
     /// Whether `test`, one of the failed tests of `first`, passed in this second run of them.

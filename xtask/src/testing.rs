@@ -1,8 +1,9 @@
-//! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone.
+//! `cargo xtask test`: all tests of the workspace. Failed tests run once more, alone, and so do all
+//! tests of a program that ended without a word.
 
 use crate::checkout;
 use crate::programs::{self, lines};
-use crate::report::{Block, Report};
+use crate::report::{Block, ENDED, Report};
 use crate::timings::Timings;
 use crate::{cargo, cargo_command, outcome};
 use std::process::{Command, ExitStatus};
@@ -135,6 +136,15 @@ fn repeat(
     let mut all_passed = true;
     for block in failed {
         let target = block.rerun.as_deref().unwrap_or_default();
+        if block.doubt == Some(ENDED) {
+            // A panic while another one unwinds aborts the program: all of its tests are in doubt.
+            let passed = run_again(block).passes_whole(block);
+            let what = if passed { "unsteady" } else { "failed twice" };
+            lines.push(format!("{what}: {target}: {ENDED}"));
+            lines.extend(block.tail.iter().map(|line| format!("    {line}")));
+            all_passed &= passed;
+            continue;
+        }
         if let Some(doubt) = block.doubt {
             lines.push(format!("not repeated: {target}: {doubt}"));
             all_passed = false;

@@ -97,6 +97,8 @@ pub(super) struct Script {
     /// The test lets the waiting part go on.
     pub(super) goes_on: bool,
     paused: bool,
+    /// The source has seen that it is paused.
+    stands: bool,
     jump_at: Option<u64>,
     hangs: Option<String>,
     missing: Vec<Vec<String>>,
@@ -161,6 +163,7 @@ impl Component for Source {
                 script.missing.push(missing.clone());
             }
             let jump = script.jump_at.take_if(|at| *at == tick).is_some();
+            script.stands = script.paused;
             (!script.paused && tick < script.ticks, jump)
         });
         if !may || !missing.is_empty() {
@@ -434,11 +437,8 @@ fn while_time_stands_nothing_is_due_and_nobody_hangs() {
     let follower = follower(&network, "a");
     until_status(&network, "a", |s| s["compute"]["count"].as_u64() > Some(5));
     script(&network, |script| script.paused = true);
-    let tick = until_status(&network, "free", |s| {
-        // It has run once since.
-        s["clock"]["tick"] == script(&network, |script| script.last_tick)
-    })["clock"]["tick"]
-        .clone();
+    until(&network, |script| script.stands);
+    let tick = script(&network, |script| script.last_tick);
     until_status(&network, "a", |s| s["clock"]["tick"] == tick);
     let before = status(&network, "a");
     // The loop turns, half a second long at least, and repeated ticks change nothing.

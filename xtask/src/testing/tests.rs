@@ -70,6 +70,48 @@ fn many_failed_tests_and_examples_of_documentation_are_not_repeated() {
     assert_eq!(repeat(&output(&[], "-p x --lib"), none), Err(vec![line]));
 }
 
+/// The output of a program that a signal has ended.
+fn aborted() -> Report {
+    let mut report = Report::default();
+    let text = "     Running tests/all/main.rs (target/debug/deps/all-1)\n\nrunning 2 tests\n\
+        test a ... ok\nerror: test failed, to rerun pass `-p x --test all`\n  all-1: signal: 6 (SIGABRT)\n\
+        error: 1 target failed:\n    `-p x --test all`\n";
+    text.lines().for_each(|line| report.note(line));
+    report
+}
+
+#[test]
+fn a_program_that_a_signal_ends_is_repeated_as_a_whole_and_told() {
+    let lines = |what: &str| {
+        let first = format!("{what}: -p x --test all: it ended without a list of failed tests");
+        let rest = [
+            "    ",
+            "    running 2 tests",
+            "    test a ... ok",
+            "    error: test failed, to rerun pass `-p x --test all`",
+            "      all-1: signal: 6 (SIGABRT)",
+        ];
+        let rest = rest.map(str::to_owned);
+        [first].into_iter().chain(rest).collect::<Vec<_>>()
+    };
+    let run = |tests: &'static [&str]| move |_: &Block| output(tests, "-p x --test all");
+    assert_eq!(repeat(&aborted(), run(&[])), Ok(lines("unsteady")));
+    assert_eq!(repeat(&aborted(), run(&["b"])), Err(lines("failed twice")));
+    assert_eq!(
+        repeat(&aborted(), |_| aborted()),
+        Err(lines("failed twice"))
+    );
+    let report = aborted();
+    assert_eq!(
+        again_arguments(&report),
+        "test --workspace --no-fail-fast --test all -- --exact"
+    );
+}
+
+fn again_arguments(report: &Report) -> String {
+    again(report.failed().expect("a list of targets")[0], &[]).join(" ")
+}
+
 #[test]
 fn a_second_run_selects_the_failed_tests_of_one_target() {
     let report = output(&["a", "b"], "-p x --test all");
