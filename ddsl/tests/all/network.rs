@@ -31,7 +31,7 @@ const INTERFACES: [(&str, &str); 4] = [
 
 /// A component named `name`. Its communications may begin with `[` and another definition of
 /// `Laser`, which ends with `]`; behind `|||` stand its prototypes. One whose name ends with `_python` is in Python,
-/// that of one with `_viewer` holds a tree, and that of one with `_old` has another `InnerModel`.
+/// one with `_cpp` in C++, that of one with `_viewer` holds a tree, and that of one with `_old` has another `InnerModel`.
 fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Component {
     let mut interfaces = INTERFACES.to_vec();
     let mut prototypes = "";
@@ -62,6 +62,7 @@ fn component(sources: &mut SourceMap, name: &str, communications: &str) -> Compo
     let imports: String = imports.map(|i| format!("import \"{i}\";")).collect();
     let language = match name.rsplit_once('_') {
         Some((_, "python")) => "python",
+        Some((_, "cpp")) => "cpp",
         Some((_, "viewer")) => "rust; options InnerModelViewer",
         _ => "rust",
     };

@@ -177,6 +177,20 @@ fn a_component_with_an_interpreter_shares_no_process() {
     );
 }
 
+/// Both have a class `SpecificWorker`.
+#[test]
+fn two_components_in_cpp_share_no_process() {
+    let two = [("a_cpp", "implements Laser;"), ("b_cpp", "requires Laser;")];
+    network(
+        "Process eyes { Component a { cdsl \"a_cpp\"; }; Component b { cdsl \"b_cpp\"; }; };",
+        &two,
+        &expect![[r#"
+            n.ddsl:2:26: error[process-program]: `a` needs a program of its own, and cannot be a thread of process `eyes`; the process at n.ddsl:2:9 (run it in a process of its own: leave `process` out of the component)
+            n.ddsl:2:57: error[process-program]: `b` needs a program of its own, and cannot be a thread of process `eyes`; the process at n.ddsl:2:9 (run it in a process of its own: leave `process` out of the component)
+        "#]],
+    );
+}
+
 #[test]
 fn components_of_a_process_are_connected_by_their_own_names_and_middlewares() {
     let connections = network(
