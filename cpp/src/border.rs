@@ -25,6 +25,9 @@ const VERSION: u32 = 5;
 /// The exit code of a component that cannot start.
 const NOT_STARTED: u8 = 3;
 
+/// The exit code after a panic.
+const PANICKED: u8 = 101;
+
 /// `rc_bytes`: bytes of the caller, or of the callee until its next call.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -236,7 +239,19 @@ pub unsafe extern "C" fn robocomp_run(
             own,
         )
     };
-    catch_unwind(AssertUnwindSafe(run)).unwrap_or(101).into()
+    exit_code(run)
+}
+
+/// The exit code of a component. A panic outside of the functions of a worker has that of Rust's programs.
+fn exit_code(run: impl FnOnce() -> u8) -> i32 {
+    catch_unwind(AssertUnwindSafe(run))
+        .unwrap_or(PANICKED)
+        .into()
+}
+
+/// Does what has no answer. After a panic, it is not done.
+fn quietly(act: impl FnOnce()) {
+    let _ = catch_unwind(AssertUnwindSafe(act));
 }
 
 /// Calls a query, or sends a command. The reply is the answer's value.
@@ -293,7 +308,7 @@ pub extern "C" fn robocomp_send(loan: u64) -> RawAnswer {
 #[unsafe(no_mangle)]
 pub extern "C" fn robocomp_drop(number: u64) {
     // A value that cannot be dropped stays.
-    let _ = catch_unwind(|| handles::drop_held(number));
+    quietly(|| handles::drop_held(number));
 }
 
 /// Publishes a sample.
@@ -369,7 +384,7 @@ pub unsafe extern "C" fn robocomp_log(level: u32, text: Bytes) {
     // SAFETY: the caller says so.
     let text = unsafe { text.to_text() };
     // A line that cannot be logged is lost.
-    let _ = catch_unwind(|| match level {
+    quietly(|| match level {
         0 | 1 => tracing::error!("{text}"),
         2 => tracing::warn!("{text}"),
         3 => tracing::info!("{text}"),
@@ -431,4 +446,49 @@ pub unsafe extern "C" fn robocomp_test(
         Some(act) => bench::act(*act, slot, value, &text),
         None => Err(unknown(what)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::call::Function;
+    use rc_runtime::WorkerError;
+
+    #[test]
+    fn a_panic_of_the_runtime_is_an_error_on_the_other_side() {
+        let answer = answer(|| panic!("a fault of the runtime"));
+        assert_eq!(answer.status, INTERNAL);
+        // SAFETY: the bytes live until the next answer to this thread.
+        let reason = unsafe { answer.bytes.to_text() };
+        assert_eq!(reason, "the runtime panicked; its log has the place");
+        assert_eq!(exit_code(|| panic!("a fault of the runtime")), 101);
+        assert_eq!(exit_code(|| NOT_STARTED), 3);
+        quietly(|| panic!("a fault of the runtime"));
+        // The border works on.
+        let answer = super::answer(|| Ok(Answer::number(7)));
+        assert_eq!((answer.status, answer.number), (0, 7));
+    }
+
+    /// As the headers answer for a function of the worker that has thrown.
+    unsafe extern "C" fn throws(_: *mut c_void, call: *const RawCall) -> RawAnswer {
+        // SAFETY: `guest` hands over a call.
+        let function = unsafe { (*call).function };
+        assert_eq!(function, Function::Compute as i32);
+        let what = b"std::runtime_error: no scan";
+        RawAnswer {
+            status: crate::status::FAILED,
+            number: 0,
+            bytes: Bytes::of(what),
+        }
+    }
+
+    #[test]
+    fn an_exception_of_the_worker_is_an_error_of_its_function() {
+        let guest = guest(throws, std::ptr::null_mut());
+        let outcome = guest(&Call::of(Function::Compute)).outcome();
+        let Some(Err(WorkerError::Failed(reason))) = outcome else {
+            panic!("{outcome:?}");
+        };
+        assert_eq!(reason, "std::runtime_error: no scan");
+    }
 }
