@@ -23,11 +23,13 @@
 #endif
 
 // The members of a structure in the order of the IDSL, and comparison by all of them.
-#define RC_STRUCT(Name, ...)                                                              \
-  auto rc_members() { return std::tie(__VA_ARGS__); }                                     \
-  auto rc_members() const { return std::tie(__VA_ARGS__); }                               \
-  friend bool operator==(const Name& a, const Name& b) { return a.rc_members() == b.rc_members(); } \
-  friend bool operator!=(const Name& a, const Name& b) { return !(a == b); }
+#define RC_STRUCT(Name, ...)                                    \
+  auto rc_members() { return std::tie(__VA_ARGS__); }           \
+  auto rc_members() const { return std::tie(__VA_ARGS__); }     \
+  friend bool operator==(const Name& rc_a, const Name& rc_b) {  \
+    return rc_a.rc_members() == rc_b.rc_members();              \
+  }                                                             \
+  friend bool operator!=(const Name& rc_a, const Name& rc_b) { return !(rc_a == rc_b); }
 
 #define RC_EMPTY_STRUCT(Name)                                      \
   std::tuple<> rc_members() const { return {}; }                   \
@@ -66,7 +68,7 @@ class Writer {
     if constexpr (sizeof...(Members) == 0) {
       number(std::uint8_t{0});  // an empty structure holds one octet
     } else {
-      std::apply([this](const auto&... member) { (put(member), ...); }, all);
+      std::apply([&](const auto&... member) { (put(member), ...); }, all);
     }
   }
 
@@ -155,7 +157,7 @@ class Reader {
     if constexpr (sizeof...(Members) == 0) {
       number<std::uint8_t>();  // an empty structure holds one octet
     } else {
-      std::apply([this](auto&... member) { (get(member), ...); }, all);
+      std::apply([&](auto&... member) { (get(member), ...); }, all);
     }
   }
 

@@ -18,6 +18,7 @@
 
 #include "robocomp/cdr.h"
 #include "robocomp/errors.h"
+#include "robocomp/expiring.h"
 
 // The members of a structure in place, and the type of its values.
 #define RC_IN_PLACE(Of, ...)                          \
@@ -266,14 +267,17 @@ class View {
  public:
   View() = default;
   // A view of a copy: for tests.
-  explicit View(const typename T::rc_value& value) : own_(new T), place_(own_.get()) {
+  explicit View(const typename T::rc_value& value) : own_(new T) {
     detail::Copy::set(*own_, value);
+    begin(own_.get());
   }
   View(View&& other) noexcept
       : held_(std::move(other.held_)),
         own_(std::move(other.own_)),
+        expiring_(std::move(other.expiring_)),
         place_(std::exchange(other.place_, nullptr)) {}
   View& operator=(View&& other) noexcept {
+    expiring_ = std::move(other.expiring_);
     held_ = std::move(other.held_);
     own_ = std::move(other.own_);
     place_ = std::exchange(other.place_, nullptr);
@@ -296,10 +300,15 @@ class View {
   // For generated code.
   View(detail::Held held, rc_bytes memory) : held_(std::move(held)) {
     detail::check_memory<T>(memory);
-    place_ = reinterpret_cast<const T*>(memory.data);
+    begin(memory.data);
   }
 
  private:
+  void begin(const void* memory) {
+    expiring_ = detail::Expiring(memory, sizeof(T));
+    place_ = static_cast<const T*>(expiring_.place());
+  }
+
   const T* place() const {
     if (place_ == nullptr) throw Dangling("the view was moved from or reset");
     return place_;
@@ -307,6 +316,8 @@ class View {
 
   detail::Held held_;
   std::unique_ptr<T> own_;
+  // Ends before the memory.
+  detail::Expiring expiring_;
   const T* place_ = nullptr;
 };
 
@@ -316,12 +327,16 @@ class Loan {
  public:
   explicit Loan(const rc_answer& begun) : held_(static_cast<std::uint64_t>(begun.number)) {
     detail::check_memory<T>(begun.bytes);
+    expiring_ = detail::Expiring(begun.bytes.data, sizeof(T));
     // Unused elements keep the bytes of an earlier sample.
-    place_ = new (const_cast<std::uint8_t*>(begun.bytes.data)) T;
+    place_ = new (expiring_.place()) T;
   }
   Loan(Loan&& other) noexcept
-      : held_(std::move(other.held_)), place_(std::exchange(other.place_, nullptr)) {}
+      : held_(std::move(other.held_)),
+        expiring_(std::move(other.expiring_)),
+        place_(std::exchange(other.place_, nullptr)) {}
   Loan& operator=(Loan&& other) noexcept {
+    expiring_ = std::move(other.expiring_);
     held_ = std::move(other.held_);
     place_ = std::exchange(other.place_, nullptr);
     return *this;
@@ -336,6 +351,8 @@ class Loan {
   void send() {
     place();
     place_ = nullptr;
+    expiring_.write_back();
+    expiring_.end();
     // Another thread sends nothing; then this gives the memory back.
     const detail::Held held = std::move(held_);
     detail::checked(robocomp_send(held.number()));
@@ -348,6 +365,7 @@ class Loan {
   }
 
   detail::Held held_;
+  detail::Expiring expiring_;
   T* place_ = nullptr;
 };
 

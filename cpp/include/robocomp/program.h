@@ -70,13 +70,13 @@ inline std::string current_exception_text() {
 // Prints the functions that led here. Those without a name, which are of the runtime, are one line.
 inline void print_stack() {
   std::array<void*, 64> frames{};
-  const int count = backtrace(frames.data(), static_cast<int>(frames.size()));
+  const auto count = static_cast<std::size_t>(backtrace(frames.data(), static_cast<int>(frames.size())));
   bool was_known = true;
-  for (int at = 2; at < count; ++at) {
+  for (std::size_t at = 2; at < count; ++at) {
     Dl_info info{};
     const bool is_known = dladdr(frames[at], &info) != 0 && info.dli_sname != nullptr;
     if (is_known) {
-      std::fprintf(stderr, "  %d: %s\n", at - 2, readable(info.dli_sname).c_str());
+      std::fprintf(stderr, "  %zu: %s\n", at - 2, readable(info.dli_sname).c_str());
     } else if (was_known) {
       std::fprintf(stderr, "  …\n");
     }
@@ -95,7 +95,7 @@ inline void print_stack() {
 
 // Prints a backtrace of a fatal signal. It calls functions that are not meant for signal handlers
 // and may hang, as in an allocation that was interrupted: then the alarm ends the process.
-inline void crashed(int signal) {
+inline void crashed(int signal, siginfo_t* about, void*) {
   std::signal(SIGALRM, SIG_DFL);
   sigset_t alarms;
   sigemptyset(&alarms);
@@ -103,6 +103,9 @@ inline void crashed(int signal) {
   pthread_sigmask(SIG_UNBLOCK, &alarms, nullptr);
   alarm(2);
   std::fprintf(stderr, "error: the worker crashed: %s\n", strsignal(signal));
+  if (signal == SIGSEGV && ended_addresses.has(about->si_addr)) {
+    std::fprintf(stderr, "it used a pointer or a reference into a sample in place after its view or loan had ended\n");
+  }
   print_stack();
   std::raise(signal);
 }
@@ -140,9 +143,9 @@ inline void report_crashes() {
   std::array<void*, 1> frame{};
   backtrace(frame.data(), 1);
   struct sigaction action {};
-  action.sa_handler = crashed;
+  action.sa_sigaction = crashed;
   // The second time, the signal ends the process.
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER | SA_SIGINFO);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigaction(signal, &action, nullptr);
 }
 

@@ -61,6 +61,7 @@ class TimeSource {
   static rc_answer get(rc_get_what what) { return detail::checked(robocomp_get(what, 0)); }
   static std::uint64_t set(rc_set_what what, std::int64_t value, const std::string& text = {}) {
     const rc_answer answer = detail::checked(robocomp_set(what, 0, value, detail::bytes(text)));
+    detail::look_again();
     return static_cast<std::uint64_t>(answer.number);
   }
   static std::vector<std::string> names(rc_get_what what) {

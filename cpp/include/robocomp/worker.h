@@ -100,6 +100,7 @@ class Worker {
   // Enters the state Emergency after this function.
   void goToEmergency(const std::string& reason = "the worker asks for it") {
     emergency_reason_ = reason;
+    detail::look_again();
   }
 
   // Prepares what a worker needs before it is made, and returns its owner.

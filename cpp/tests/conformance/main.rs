@@ -2,6 +2,7 @@
 
 mod package;
 
+use interfaces::rc_types::pictures::PicturesPublisher;
 use interfaces::rc_types::types::{FailError, TypesClient};
 use rc_middleware::CallError;
 use rc_middleware::in_place::InPlace as _;
@@ -68,10 +69,66 @@ fn an_end_of_the_process_names_its_function(over: Over) {
     }
 }
 
+/// A worker whose views and loans a test watches: its pictures from this number on are kept, and their
+/// numbers noted.
+const KEPT: i32 = 2000;
+
+/// Publishes a picture.
+fn show(publisher: &mut PicturesPublisher, number: i32) {
+    let mut loan = publisher.loan_picture().expect("a loan");
+    let picture = rc_other_end::picture(number.into(), 100);
+    loan.set(&picture).expect("to fit");
+    loan.send().expect("to be sent");
+}
+
+fn until(what: &str, so: &mut dyn FnMut() -> bool) {
+    let end = Instant::now() + Duration::from_secs(30);
+    while !so() {
+        assert!(Instant::now() < end, "{what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Publishes a picture until the worker keeps it.
+fn keep_one(client: &mut TypesClient, publisher: &mut PicturesPublisher) {
+    until("a picture arrives", &mut || {
+        show(publisher, KEPT);
+        client.noted().expect("numbers").contains(&KEPT)
+    });
+}
+
+/// A pointer into a sample ends with its view or loan: its next use ends the process, which says where.
+/// Samples lie in shared memory, or are copies.
+fn a_pointer_ends_with_its_sample(over: Over) {
+    const OF_A_LOAN: i32 = 15;
+    const OF_A_VIEW: i32 = 16;
+    for which in [OF_A_LOAN, OF_A_VIEW] {
+        let package = package::package("every_type", over).expect("it was built before");
+        let mut other = OtherEnd::start(Network::new("cpp", over), package);
+        let backend = other.network.join("pointer");
+        let mut client = rc_other_end::client(&other, &*backend);
+        if which == OF_A_VIEW {
+            let mut publisher = rc_other_end::pictures(&other, &*backend);
+            keep_one(&mut client, &mut publisher);
+        }
+        let answer = client.fail(which);
+        assert!(matches!(answer, Err(FailError::Call(_))), "{answer:?}");
+        drop((client, backend));
+        assert_eq!(other.end(), None);
+        let said = other.said();
+        for part in [
+            "the worker crashed: Segmentation fault",
+            "it used a pointer or a reference into a sample in place after its view or loan had ended",
+            "SpecificWorker::Types_fail(int)",
+        ] {
+            assert!(said.contains(part), "{which}: {said}");
+        }
+    }
+}
+
 /// A worker that keeps its views gets four samples; the next ones do not reach it until it drops them.
 fn kept_views_have_a_limit(over: Over) {
     const DROP: i32 = 1001;
-    const KEPT: i32 = 2000;
     const MOST: i32 = 4;
     let package = package::package("every_type", over).expect("it was built before");
     let network = Network::new("cpp", over).with_warnings();
@@ -81,23 +138,7 @@ fn kept_views_have_a_limit(over: Over) {
     let mut publisher = rc_other_end::pictures(&other, &*backend);
     let mut note = client.make(1).expect("a value");
     note.number = DROP;
-    let mut show = |number: i32| {
-        let mut loan = publisher.loan_picture().expect("a loan");
-        let picture = rc_other_end::picture(number.into(), 100);
-        loan.set(&picture).expect("to fit");
-        loan.send().expect("to be sent");
-    };
-    let until = |what: &str, so: &mut dyn FnMut() -> bool| {
-        let end = Instant::now() + Duration::from_secs(30);
-        while !so() {
-            assert!(Instant::now() < end, "{what}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    };
-    until("a picture arrives", &mut || {
-        show(KEPT);
-        client.noted().expect("numbers").contains(&KEPT)
-    });
+    keep_one(&mut client, &mut publisher);
     // Pictures before the command are handled then, and the command before the last reply.
     let drop_all = |client: &mut TypesClient| {
         client.noted().expect("numbers");
@@ -106,17 +147,17 @@ fn kept_views_have_a_limit(over: Over) {
     };
     drop_all(&mut client);
     for number in KEPT + 1..=KEPT + MOST {
-        show(number);
+        show(&mut publisher, number);
         until("a picture is kept", &mut || {
             client.noted().expect("numbers").contains(&number)
         });
     }
-    show(KEPT + MOST + 1);
+    show(&mut publisher, KEPT + MOST + 1);
     let refused = "the worker keeps 4 samples of `picture`, the most that it may";
     until("the limit", &mut || other.said().contains(refused));
     drop_all(&mut client);
     let last = KEPT + MOST + 2;
-    show(last);
+    show(&mut publisher, last);
     until("a picture after the views have ended", &mut || {
         client.noted().expect("numbers").contains(&last)
     });
@@ -285,6 +326,52 @@ fn the_headers_name_their_release() {
     assert!(header.contains(&release), "abi.h has another release");
 }
 
+fn runs(compiler: &str) -> bool {
+    let output = Command::new(compiler).arg("--version").output();
+    output.is_ok_and(|output| output.status.success())
+}
+
+/// clang++ builds the component and its test without a warning, and the test passes.
+#[test]
+fn clang_builds_a_component_and_its_test() {
+    let test = "clang_builds_a_component_and_its_test";
+    if !runs("clang++") {
+        return rc_test_support::python::skipped(test, "there is no clang++ in the path");
+    }
+    if package::package_by("clang++", "every_type", Over::iceoryx2()).is_some() {
+        package::ctest_by("clang++", "every_type");
+    }
+}
+
+/// A project of a user may have strict flags, and a later C++.
+#[test]
+fn strict_flags_find_nothing_in_headers_and_generated_code() {
+    const STRICT: [&str; 9] = [
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Wconversion",
+        "-Wsign-conversion",
+        "-Wshadow",
+        "-Wnon-virtual-dtor",
+        "-Wold-style-cast",
+        "-Wdouble-promotion",
+    ];
+    let test = "strict_flags_find_nothing_in_headers_and_generated_code";
+    for (compiler, version) in [
+        ("g++", "-std=c++20"),
+        ("clang++", "-std=c++20"),
+        ("clang++", "-std=c++17"),
+    ] {
+        if runs(compiler) {
+            package::check(compiler, &[&[version], &STRICT[..]].concat(), "every_type");
+        } else {
+            let missing = format!("there is no {compiler} in the path");
+            rc_test_support::python::skipped(test, &missing);
+        }
+    }
+}
+
 #[test]
 fn a_component_in_cpp_conforms_over_iceoryx2() {
     if conforms(Over::iceoryx2()) {
@@ -293,13 +380,17 @@ fn a_component_in_cpp_conforms_over_iceoryx2() {
         // A sanitizer reports crashes itself.
         if package::sanitizer().is_none() {
             an_end_of_the_process_names_its_function(Over::iceoryx2());
+            a_pointer_ends_with_its_sample(Over::iceoryx2());
         }
     }
 }
 
 #[test]
 fn a_component_in_cpp_conforms_over_dds() {
-    conforms(Over::dds(178));
+    let over = Over::dds(178);
+    if conforms(over) && package::sanitizer().is_none() {
+        a_pointer_ends_with_its_sample(over);
+    }
 }
 
 #[test]

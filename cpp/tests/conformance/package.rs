@@ -1,6 +1,6 @@
 //! The components of the tests in C++.
 
-use rc_codegen::{FileLoader, Project, generate};
+use rc_codegen::{FileLoader, Project};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_other_end::{Over, Package};
 use rc_test_support::cmake;
@@ -24,9 +24,12 @@ pub(crate) fn sanitizer() -> Option<String> {
     std::env::var("RC_CPP_SANITIZE").ok()
 }
 
-/// Where a program is built, in a path with a space.
-fn folder(name: &str) -> PathBuf {
+/// Where a program is built, in a path with a space. `compiler` is empty for the one that cmake finds.
+fn folder(name: &str, compiler: &str) -> PathBuf {
     let mut name = name.replace('_', " ");
+    if !compiler.is_empty() {
+        name = format!("{name} {compiler}");
+    }
     name.extend(sanitizer().map(|of| format!(" {}", of.replace(',', " "))));
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
@@ -34,36 +37,22 @@ fn folder(name: &str) -> PathBuf {
 /// Generates and builds a component. `None` without cmake or a compiler: the test is listed as
 /// skipped.
 pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
+    package_by("", name, over)
+}
+
+/// Generates and builds a component with a compiler.
+pub(crate) fn package_by(compiler: &str, name: &str, over: Over) -> Option<Package> {
     let test = format!("{name} in C++ over {}", over.name());
     let cmake = cmake::folder(&test)?;
-    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
-    let cdsl = Path::new(COMPONENTS)
-        .join(name)
-        .join(format!("{name}.cdsl"));
-    let right = |found: Diagnostics| assert!(!found.has_errors(), "{found:?}");
-    let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
-    right(found);
-    let project = project.expect("a component");
-    let (files, found) = generate::component(&project, over.backend, "").expect("templates");
-    right(found);
     let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = folder(name);
-    files.write(&folder).expect("to write");
-    // The folder may be that of an earlier release.
-    let cmake_lists = Path::new("CMakeLists.txt");
-    let text = files.text(cmake_lists).expect("a file");
-    renew(text.as_bytes(), &folder.join(cmake_lists));
-    for part in ["src", "tests"] {
-        let own = Path::new(COMPONENTS).join(name).join(part);
-        for file in std::fs::read_dir(own).into_iter().flatten() {
-            let file = file.expect("a file");
-            let text = std::fs::read(file.path()).expect("a file");
-            renew(&text, &folder.join(part).join(file.file_name()));
-        }
-    }
+    let folder = folder(name, compiler);
+    generate(name, over, &folder);
     let run = |args: &[&std::ffi::OsStr]| {
-        let output = Command::new(cmake.join("cmake")).args(args).output();
-        let output = output.expect("cmake");
+        let mut command = Command::new(cmake.join("cmake"));
+        if !compiler.is_empty() {
+            command.env("CXX", compiler);
+        }
+        let output = command.args(args).output().expect("cmake");
         let text = String::from_utf8_lossy(&output.stdout);
         let errors = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{text}{errors}");
@@ -121,6 +110,61 @@ pub(crate) fn package(name: &str, over: Over) -> Option<Package> {
     })
 }
 
+/// Writes a component of the tests, generated for a middleware.
+fn generate(name: &str, over: Over, folder: &Path) {
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::new(&[]));
+    let cdsl = Path::new(COMPONENTS)
+        .join(name)
+        .join(format!("{name}.cdsl"));
+    let right = |found: Diagnostics| assert!(!found.has_errors(), "{found:?}");
+    let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
+    right(found);
+    let project = project.expect("a component");
+    let (files, found) =
+        rc_codegen::generate::component(&project, over.backend, "").expect("templates");
+    right(found);
+    files.write(folder).expect("to write");
+    // The folder may be that of an earlier release.
+    let cmake_lists = Path::new("CMakeLists.txt");
+    let text = files.text(cmake_lists).expect("a file");
+    renew(text.as_bytes(), &folder.join(cmake_lists));
+    for part in ["src", "tests"] {
+        let own = Path::new(COMPONENTS).join(name).join(part);
+        for file in std::fs::read_dir(own).into_iter().flatten() {
+            let file = file.expect("a file");
+            let text = std::fs::read(file.path()).expect("a file");
+            renew(&text, &folder.join(part).join(file.file_name()));
+        }
+    }
+}
+
+/// The compiler of C++ checks the sources of a component, the headers and its test with strict flags, and writes
+/// nothing.
+pub(crate) fn check(compiler: &str, flags: &[&str], name: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    generate(name, Over::iceoryx2(), folder);
+    let headers = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
+    let mut check = Command::new(compiler);
+    check.args(["-fsyntax-only", "-Werror"]).args(flags);
+    for headers in [&headers, &folder.join("generated"), &folder.join("src")] {
+        check.arg("-I").arg(headers);
+    }
+    check.arg("-DROBOCOMP_COMPONENT_FOLDER=\"\"");
+    for source in [
+        "generated/main.cpp",
+        "generated/component.cpp",
+        "generated/description.cpp",
+        "src/specificworker.cpp",
+        "tests/worker_test.cpp",
+    ] {
+        check.arg(folder.join(source));
+    }
+    let checked = check.output().expect("a compiler");
+    let said = String::from_utf8_lossy(&checked.stderr);
+    assert!(checked.status.success(), "{compiler} {flags:?}: {said}");
+}
+
 /// Writes a file if it has another text: cmake goes by the times of files.
 fn renew(text: &[u8], to: &Path) {
     if std::fs::read(to).ok().as_deref() != Some(text) {
@@ -130,18 +174,23 @@ fn renew(text: &[u8], to: &Path) {
 
 /// Builds the test of a component that was built, and runs it by ctest.
 pub(crate) fn ctest(name: &str) {
+    ctest_by("", name);
+}
+
+/// The same for one that a compiler has built.
+pub(crate) fn ctest_by(compiler: &str, name: &str) {
     let cmake = cmake::folder(name).expect("it was built before");
     let _build = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     let build = Command::new(cmake.join("cmake"))
         .arg("--build")
-        .arg(folder(name).join("build"))
+        .arg(folder(name, compiler).join("build"))
         .args(["--target", &format!("{name}_worker_test")])
         .output();
     let build = build.expect("cmake");
     assert!(build.status.success(), "{build:?}");
     let run = Command::new(cmake.join("ctest"))
         .arg("--output-on-failure")
-        .current_dir(folder(name).join("build"))
+        .current_dir(folder(name, compiler).join("build"))
         .env_remove("LD_LIBRARY_PATH")
         .env("ASAN_OPTIONS", WITHOUT_LEAKS)
         .output();

@@ -16,6 +16,8 @@ constexpr std::int32_t THREAD = 11;
 constexpr std::int32_t CRASH = 12;
 constexpr std::int32_t DESTRUCTOR = 13;
 constexpr std::int32_t EXIT = 14;
+constexpr std::int32_t KEEPS_A_POINTER_OF_A_LOAN = 15;
+constexpr std::int32_t KEEPS_A_POINTER_OF_A_VIEW = 16;
 
 void fails() { throw std::runtime_error("at the end of an object"); }
 struct ThrowsAtItsEnd {
@@ -120,6 +122,20 @@ void SpecificWorker::Types_fail(std::int32_t which) {
       return;
     }
     case EXIT: std::exit(7);
+    case KEEPS_A_POINTER_OF_A_LOAN: {
+      auto copy = copies_pubproxy->loan();
+      copy.set({});
+      auto* const number = &copy->number;
+      copy.send();
+      *number = 2;
+      return;
+    }
+    case KEEPS_A_POINTER_OF_A_VIEW: {
+      const auto* const number = &kept_.at(0)->number;
+      kept_.clear();
+      numbers_.push_back(static_cast<std::int32_t>(*number));
+      return;
+    }
     default: throw std::runtime_error("unexpected");
   }
 }
