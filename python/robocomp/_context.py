@@ -15,6 +15,19 @@ S = TypeVar("S", bound=IntEnum)
 E = TypeVar("E", bound=IntEnum)
 
 
+class _Window:
+    """The wait of a window, which the worker ends when it changes what the component does next."""
+
+    # The window that is there sets it.
+    end_of_wait: Callable[[], Callable[[], None] | None] = staticmethod(lambda: None)
+
+    @classmethod
+    def look_again(cls) -> None:
+        end = cls.end_of_wait()
+        if end is not None:
+            end()
+
+
 def _timedelta(nanoseconds: int) -> timedelta:
     return timedelta(microseconds=nanoseconds / 1000)
 
@@ -186,6 +199,7 @@ class Machine(Generic[S, E]):
         """Puts an event into the queue of the machine, which handles it after the present function
         of the worker."""
         self._link.fire(int(event))
+        _Window.look_again()
 
     def is_in(self, state: S) -> bool:
         """Whether a state is active. Then its ancestors are, too."""
@@ -233,12 +247,16 @@ class TimeSource:
     def advance(self, step: timedelta) -> int:
         """Moves time forward. Returns the number of the tick, from 1. Raises `TimeError` while the
         source waits for the tick before and `missing()` is empty."""
-        return self._link.advance_time(_nanoseconds(step))
+        tick = self._link.advance_time(_nanoseconds(step))
+        _Window.look_again()
+        return tick
 
     def set(self, time: timedelta) -> int:
         """Sets time, possibly to an earlier one: followers begin their periods again and report the
         jump. Otherwise as `advance`."""
-        return self._link.set_time(_nanoseconds(time))
+        tick = self._link.set_time(_nanoseconds(time))
+        _Window.look_again()
+        return tick
 
     def wait_for_all(self, limit: timedelta) -> None:
         """From the next tick on, `compute` runs when every follower has done what was due in it, or
@@ -276,7 +294,9 @@ class TimeSource:
     def release(self, name: str) -> bool:
         """Waits no more for a follower, until it acknowledges again. Returns whether there was one
         of this name."""
-        return self._link.release_follower(name)
+        is_known = self._link.release_follower(name)
+        _Window.look_again()
+        return is_known
 
 
 class Context:
@@ -324,6 +344,7 @@ class Context:
     @period.setter
     def period(self, period: timedelta) -> None:
         self._link.set_period_ns(_nanoseconds(period))
+        _Window.look_again()
 
     @property
     def state(self) -> str:

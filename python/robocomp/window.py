@@ -10,15 +10,18 @@ import os
 import sys
 import threading
 import types
+import weakref
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from robocomp._context import Context
+from robocomp._context import _Window as _EndOfWait
 from robocomp._errors import Fatal, StartError
 
 try:
     from PySide6.QtCore import (
+        QAbstractEventDispatcher,
         QCoreApplication,
         QEvent,
         QEventLoop,
@@ -120,6 +123,25 @@ class _Wait(QObject):
         self._loop: QEventLoop | None = None
         self._thrown: BaseException | None = None
         self._is_warned = False
+        # Whether a loop inside a function of the worker keeps the component from its own events.
+        self._is_late = False
+        _EndOfWait.end_of_wait = weakref.WeakMethod(self._look_again)
+
+    def _look_again(self) -> None:
+        """Ends the wait: an event of the window has changed what the component does next, or a loop
+        inside a function of the worker has ended."""
+        if QThread.currentThread().loopLevel() == 1:
+            self._wake()
+
+    def _set_late(self, is_late: bool) -> None:
+        if is_late == self._is_late:
+            return
+        self._is_late = is_late
+        dispatcher = QAbstractEventDispatcher.instance()
+        if is_late:
+            dispatcher.aboutToBlock.connect(self._look_again)
+        else:
+            dispatcher.aboutToBlock.disconnect(self._look_again)
 
     def watch(self, window: QWidget) -> None:
         """Stops the component once the window is closed."""
@@ -144,7 +166,7 @@ class _Wait(QObject):
     def run(self, descriptor: int, limit: timedelta) -> None:
         """Runs events until the descriptor is readable, the time is over, or the component stops.
         Raises the exception of an event."""
-        if self._notifier is None:
+        if self._notifier is None or self._notifier.socket() != descriptor:
             self._notifier = QSocketNotifier(descriptor, QSocketNotifier.Type.Read, self)
             self._notifier.activated.connect(self._wake)
         self._notifier.setEnabled(True)
@@ -182,6 +204,7 @@ class _Wait(QObject):
         level = QThread.currentThread().loopLevel()
         if level == 0:
             return
+        self._set_late(level > 1)
         if level == 1 and self._loop is not None:
             self._loop.exit(self._WOKEN)
             return

@@ -7,7 +7,7 @@ use crate::python_worker::{RUST, trace};
 use rc_test_site::site::{PATROL, Site};
 use rc_test_support::cmake;
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const CLOCK_CPP: &str = concat!(
@@ -29,6 +29,27 @@ pub(crate) fn tool(site: &Site, cmake: &Path) -> Command {
     command.env("CARGO_NET_OFFLINE", "true");
     command.env("ROS_LOCALHOST_ONLY", "1");
     command
+}
+
+/// `rcgen WORDS…` in a folder. Returns what it says.
+pub(crate) fn rcgen(site: &Site, folder: &Path, words: &[&str]) -> String {
+    let mut rcgen = site.command(&Site::executable("rcgen"));
+    rcgen.args(words);
+    site.place(&mut rcgen);
+    let output = rcgen.current_dir(folder).output().expect("rcgen");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+/// The workspace `robot` of a user, made by `rcgen init`.
+pub(crate) fn workspace(site: &Site) -> PathBuf {
+    let framework = Site::components().join("..");
+    let framework = framework.canonicalize().expect("the framework");
+    let framework = framework.to_string_lossy();
+    let words = ["init", "robot", "--framework", &framework];
+    rcgen(site, &site.path(""), &words);
+    site.path("robot")
 }
 
 /// The test of a component of this repository.
@@ -187,6 +208,68 @@ fn a_source_of_time_in_cpp_drives_a_network_in_lockstep() {
         traces.push(patrol(&site, &rcdeploy, clock, avoider));
     }
     assert_equal(&traces);
+}
+
+/// A worker without a window that blocks for ever: the supervisor says that it hangs, kills it after the time of
+/// its network, and starts it again. Its callers get errors meanwhile.
+#[test]
+fn a_worker_in_cpp_that_blocks_for_ever_is_restarted() {
+    const IDSL: &str = "module Gates\n{\n    interface Gate\n    {\n        void wait();\n        int passed();\n    };\n};\n";
+    const CDSL: &str = "import \"Gates.idsl\";\n\nComponent gate\n{\n    Communications\n    {\n        implements Gate;\n    };\n    \
+                        language cpp;\n    period 20ms;\n};\n";
+    const WAITS: &str = "\n#include <condition_variable>\n#include <mutex>\n\nvoid SpecificWorker::Gate_wait() {\n  std::mutex mutex;\n  \
+                         std::condition_variable nobody;\n  std::unique_lock<std::mutex> lock(mutex);\n  for (;;) nobody.wait(lock);\n}\n";
+    let test = "a_worker_in_cpp_that_blocks_for_ever_is_restarted";
+    let Some(cmake) = cmake::folder(test) else {
+        return;
+    };
+    crate::built();
+    let site = Site::new("cpp_blocks");
+    let robot = workspace(&site);
+    let folder = robot.join("components/gate");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(robot.join("interfaces/Gates.idsl"), IDSL).expect("to write");
+    std::fs::write(folder.join("gate.cdsl"), CDSL).expect("to write");
+    rcgen(&site, &robot, &["generate", "components/gate/gate.cdsl"]);
+    let path = folder.join("src/specificworker.cpp");
+    let worker = std::fs::read_to_string(&path).expect("the new worker");
+    let (before, rest) = worker
+        .split_once("void SpecificWorker::Gate_wait() {")
+        .expect("the handler");
+    let (_, after) = rest.split_once("\n}\n").expect("its end");
+    std::fs::write(&path, format!("{before}{WAITS}{after}")).expect("to write");
+    let cdsl = folder.join("gate.cdsl");
+    site.write_ddsl(&format!(
+        "Deployment {}\n{{\n    middleware iceoryx2;\n    \
+         Component gate {{ cdsl \"{}\"; restart on_failure hung 3s; stop 1s; }};\n}};\n",
+        site.network,
+        cdsl.display()
+    ));
+    let mut up = tool(&site, &cmake);
+    up.args(["up", "--build", "--detach", "--profile", "dev"]);
+    up.arg(site.ddsl());
+    let up = site.run(up);
+    assert_eq!(up.code, 0, "{up:?}");
+    let call = |operation: &str| {
+        let operation = format!("gate.Gate.{operation}");
+        site.rcdeploy(&["call", &site.network, &operation], false)
+    };
+    assert_eq!(call("passed").code, 0);
+    let before = site.ask("gate", "status")["pid"].as_u64();
+    assert!(before.is_some());
+    call("wait");
+    assert_ne!(call("passed").code, 0, "it blocks");
+    for code in ["hung", "hung-too-long", "killed", "restarting"] {
+        Site::until(&format!("the event {code}"), || {
+            site.events("gate").iter().any(|(of, _)| of == code)
+        });
+    }
+    site.await_component("gate", |gate| {
+        gate["state"] == "running" && gate["pid"].as_u64() != before
+    });
+    assert_eq!(call("passed").code, 0);
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
 }
 
 /// Both avoiders compute with 32 bits in the same order, so their traces have no tolerance.

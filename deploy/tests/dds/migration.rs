@@ -1,7 +1,7 @@
 //! The page "Coming from RoboComp", step by step: a component in C++ as RoboComp's generator writes it
 //! becomes one of ours, which drives the robot of the simulator.
 
-use crate::cpp_worker::{ctest, tool};
+use crate::cpp_worker::{ctest, rcgen, tool, workspace};
 use rc_test_site::site::Site;
 use rc_test_support::cmake;
 use std::fs;
@@ -117,31 +117,15 @@ fn a_component_of_robocomp_in_cpp_migrates_by_the_steps_of_the_page() {
     ] {
         fs::write(old.join(name), text).expect("to write");
     }
-    let robot = site.path("robot");
-    let rcgen = |folder: &Path, words: &[&str]| {
-        let mut rcgen = site.command(&Site::executable("rcgen"));
-        rcgen.args(words);
-        site.place(&mut rcgen);
-        let output = rcgen.current_dir(folder).output().expect("rcgen");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{said}");
-        said
-    };
-
     // 1
-    let framework = Site::components().join("..");
-    let framework = framework.canonicalize().expect("the framework");
-    let framework = framework.to_string_lossy();
-    rcgen(
-        &site.path(""),
-        &["init", "robot", "--framework", &framework],
-    );
+    let robot = workspace(&site);
+    let rcgen = |words: &[&str]| rcgen(&site, &robot, words);
     for name in ["Laser", "DifferentialRobot", "GenericBase", "Bumper"] {
         let file = format!("interfaces/{name}.idsl");
         fs::copy(Site::components().join(&file), robot.join(&file)).expect("a copy");
     }
     // 2
-    let said = rcgen(&robot, &["new", "bumper", "--from", "../OLD/bumper.cdsl"]);
+    let said = rcgen(&["new", "bumper", "--from", "../OLD/bumper.cdsl"]);
     let said: String = said.lines().map(|l| format!("   {l}\n")).collect();
     let said = said.replace("../OLD/", "OLD/");
     assert!(PAGE.contains(&said), "the page does not show\n{said}");
@@ -158,7 +142,7 @@ fn a_component_of_robocomp_in_cpp_migrates_by_the_steps_of_the_page() {
     );
     assert_ne!(text, with);
     fs::write(&cdsl, with).expect("to write");
-    rcgen(&robot, &["generate", "components/bumper/bumper.cdsl"]);
+    rcgen(&["generate", "components/bumper/bumper.cdsl"]);
     // 6
     let network = NETWORK.replace("BUMPER", &cdsl.to_string_lossy());
     site.write_ddsl(&network.replace("NAME", &site.network));

@@ -270,6 +270,7 @@ fn a_window_in_python_runs_fails_hangs_and_closes() {
     assert_eq!(up.code, 0, "{up:?}\n{}", site.log("script"));
 
     let user = User::of(&screen, "Script");
+    site.await_in_log("script", "the waits have ended");
     let status = || site.ask("script", "status");
     user.click(150, 60);
     Site::until("the error of the button", || {
