@@ -59,10 +59,12 @@ pub(crate) enum Act {
     Subscribers,
     /// Answers the queries of a fake server that have no answer yet with default values.
     AnswerDefaults,
+    /// Takes the changes of parameters that the worker has requested: paths, and values in TOML.
+    Parameters,
 }
 
 impl Act {
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 19] = [
         Self::Close,
         Self::Run,
         Self::Transition,
@@ -81,6 +83,7 @@ impl Act {
         Self::FailPublishing,
         Self::Subscribers,
         Self::AnswerDefaults,
+        Self::Parameters,
     ];
 }
 
@@ -264,6 +267,16 @@ pub(crate) fn act(act: Act, slot: usize, value: i64, text: &str) -> Result<Answe
         Act::Server => open_fake(slot, text, |bench| server(bench, slot, text))?,
         Act::Subscriber => open_fake(slot, text, |bench| Ok(subscriber(bench, slot, text)))?,
         Act::AnswerDefaults => answer_defaults(slot, text)?,
+        Act::Parameters => {
+            let requested = session::with_core(rc_runtime::Core::take_requested_parameters)?;
+            let mut writer = Writer::default();
+            writer.length(requested.len());
+            for (path, value) in &requested {
+                writer.put(path);
+                writer.put(&value.to_toml());
+            }
+            return Ok(Answer::new(0, 0, writer.into_bytes()));
+        }
         Act::Answer => answer(slot, usize::try_from(value).unwrap_or(usize::MAX), text)?,
         Act::Calls | Act::Samples => {
             return records(match fake(slot, text)? {

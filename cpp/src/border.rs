@@ -20,7 +20,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// The version of this interface, `RC_ABI_VERSION` of `abi.h`: raised with every change of it.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// The exit code of a component that cannot start.
 const NOT_STARTED: u8 = 3;

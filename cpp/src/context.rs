@@ -293,6 +293,11 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
             session.client(number)?.set_timeout(duration(value));
             Ok(())
         })?,
+        Set::Parameter => {
+            let (path, written) = text.split_once('\n').unwrap_or((text, ""));
+            let value = parameter(number, value, written)?;
+            session::with_core(|core| core.set_parameter(path, value))?;
+        }
         Set::Stop => session::with_core(|core| core.stop(text))?,
         Set::Fire => {
             let event = of_machine(number, |program| {
@@ -335,6 +340,19 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
         }
     }
     Ok(Answer::number(0))
+}
+
+/// A value of a parameter, `enum rc_value_kind` of `abi.h`.
+fn parameter(kind: usize, value: i64, text: &str) -> Result<rc_runtime::Value, Answer> {
+    use rc_runtime::Value;
+    Ok(match kind {
+        0 => Value::Bool(value != 0),
+        1 => Value::Int(value),
+        2 => Value::Float(f64::from_bits(value.cast_unsigned())),
+        3 => Value::Text(text.to_owned()),
+        4 => Value::from(duration(value)),
+        _ => return Err(internal("a parameter has no such value")),
+    })
 }
 
 /// A number of a state or of an event that the machine has.
@@ -412,10 +430,12 @@ pub(crate) enum Set {
     TimePace,
     /// Waits no more for a follower.
     TimeRelease,
+    /// Requests a change of a parameter of the component: its path and, in the next lines, a text.
+    Parameter,
 }
 
 impl Set {
-    pub(crate) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 12] = [
         Self::Period,
         Self::Timeout,
         Self::Stop,
@@ -427,5 +447,6 @@ impl Set {
         Self::TimeOrder,
         Self::TimePace,
         Self::TimeRelease,
+        Self::Parameter,
     ];
 }

@@ -1,5 +1,6 @@
 """The bases of the generated clients, publishers, machines and contexts."""
 
+import os
 import random
 from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
 from datetime import timedelta
@@ -350,6 +351,17 @@ class Context:
     def state(self) -> str:
         """The state of this component: `starting`, `running`, `emergency` or `stopping`."""
         return self._link.state()
+
+    def set_parameter(self, path: str, value: Any) -> None:
+        """Requests a change of a parameter of this component, by its path: `range`,
+        `motors[2].max`. The rest is that of `rcdeploy params set`: the value is checked,
+        `params_changed` accepts or refuses it, and then `ctx.params` and all tools have the new
+        value. This is done before the next `compute`, in lockstep in the same tick; a change of
+        several components that is under way delays it. The log and the last error of the component
+        have a refusal. At most 64 changes wait."""
+        plain = os.fspath(value) if isinstance(value, os.PathLike) else value
+        self._link.set_parameter(path, plain)
+        _Window.look_again()
 
     @property
     def lifecycle(self) -> str | None:

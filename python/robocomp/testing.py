@@ -182,6 +182,12 @@ class TestContext(Generic[C, W]):
                 self.link.machine.start()
         return made
 
+    def requested_parameters(self) -> list[tuple[str, Any]]:
+        """Takes the changes of parameters that the worker has requested by `ctx.set_parameter`:
+        paths and values, in their order. Nothing checks them, and `ctx.params` stays."""
+        requested: list[tuple[str, Any]] = self.link.take_requested_parameters()
+        return requested
+
     def run(self, worker: Any, time: timedelta) -> None:
         """Runs the worker for this time, as its process does: `compute` now and after each period,
         the steps of its machine, and in the state Emergency `emergency` in place of `compute`. The

@@ -5,6 +5,7 @@ use crate::freshness;
 use crate::from_python::ConversionError;
 use crate::member::Member;
 use crate::memory::Memory;
+use crate::parameters;
 use crate::parked::{Here, take_failure};
 use crate::session;
 use crate::types::Types;
@@ -383,6 +384,21 @@ impl Link {
 
     fn set_period_ns(&self, period: u64) -> PyResult<()> {
         self.with_core(|core| core.set_period(Duration::from_nanos(period)))
+    }
+
+    fn set_parameter(&self, path: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let value = parameters::value(value)?;
+        self.with_core(|core| core.set_parameter(path, value))
+    }
+
+    fn take_requested_parameters<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let requested = self.with_core(Core::take_requested_parameters)?.into_iter();
+        requested
+            .map(|(path, value)| Ok((path, parameters::value_object(py, &value)?)))
+            .collect()
     }
 
     fn state(&self) -> PyResult<&'static str> {

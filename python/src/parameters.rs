@@ -1,6 +1,7 @@
 //! Values of parameters as objects of Python.
 
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use rc_configuration::Field;
@@ -26,7 +27,7 @@ pub(crate) fn object<'py>(py: Python<'py>, values: &Values) -> PyResult<Bound<'p
 }
 
 /// A value. A duration becomes a `timedelta`, which has whole microseconds.
-fn value_object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn value_object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Value::Bool(value) => value.into_bound_py_any(py),
         Value::Int(value) => value.into_bound_py_any(py),
@@ -38,6 +39,36 @@ fn value_object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAn
             PyList::new(py, items.collect::<PyResult<Vec<_>>>()?)?.into_bound_py_any(py)
         }
     }
+}
+
+/// A value of a parameter: a `bool`, a number, a `timedelta`, a text, or a sequence of one of these.
+///
+/// # Errors
+/// `TypeError` if it is none.
+pub(crate) fn value(object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(value) = object.extract::<bool>() {
+        return Ok(value.into());
+    }
+    if let Ok(value) = object.extract::<i64>() {
+        return Ok(value.into());
+    }
+    if let Ok(value) = object.extract::<f64>() {
+        return Ok(value.into());
+    }
+    if let Ok(value) = object.extract::<Duration>() {
+        return Ok(value.into());
+    }
+    if let Ok(value) = object.extract::<String>() {
+        return Ok(value.into());
+    }
+    let Ok(items) = object.try_iter() else {
+        let ty = object.get_type().name()?;
+        return Err(PyTypeError::new_err(format!(
+            "no parameter has a value of the type {ty}"
+        )));
+    };
+    let items = items.map(|item| value(&item?));
+    Ok(Value::Array(items.collect::<PyResult<_>>()?))
 }
 
 /// Changes as a list of `robocomp.ParamChange`.

@@ -7,7 +7,9 @@ use crate::exact::mode::Exact;
 use crate::freshness::{Inputs, Moments};
 use crate::latest_values::LatestValues;
 use crate::lifecycle::{Lifecycle, LifecycleState};
+use crate::own_changes::OwnChanges;
 use crate::status::Shared;
+use rc_configuration::model::Value;
 use rc_management::component::{ClockKind, State, WorldStatus};
 use std::cell::RefCell;
 use std::hash::{BuildHasher, RandomState};
@@ -37,6 +39,7 @@ pub struct Core {
     pub(crate) inputs: Rc<RefCell<Inputs>>,
     /// The last values, which answer queries.
     pub(crate) latest: Rc<RefCell<LatestValues>>,
+    pub(crate) own_changes: OwnChanges,
 }
 
 /// Reports the state of a component's replica of the shared world to the supervisor and tools.
@@ -89,6 +92,7 @@ impl Core {
             random: fastrand::Rng::with_seed(seed),
             inputs: Rc::default(),
             latest: Rc::default(),
+            own_changes: OwnChanges::Repeated,
         }
     }
 
@@ -205,6 +209,34 @@ impl Core {
     /// ```
     pub fn set_period(&mut self, period: Duration) {
         self.new_period = Some(period);
+    }
+
+    /// Requests a change of a parameter of this component, by its path: `range`, `motors[2].max`. The rest is
+    /// that of `rcdeploy params set`: the value is checked against the `.pdsl`, `params_changed` accepts or
+    /// refuses it, and then `ctx.params` and all tools have the new value. This is done before the next `compute`, in
+    /// lockstep in the same tick; a change of several components that is under way delays it. The log and the last
+    /// error of the component have a refusal. At most 64 changes wait.
+    ///
+    /// ```no_run
+    /// # fn compute(core: &mut rc_runtime::Core) {
+    /// core.set_parameter("range", 2000);
+    /// core.set_parameter("motors[2].max", 1.5);
+    /// core.set_parameter("pause", std::time::Duration::from_millis(20));
+    /// # }
+    /// ```
+    pub fn set_parameter(&mut self, path: &str, value: impl Into<Value>) {
+        if let Err(reason) = self.own_changes.request(path, value.into()) {
+            self.shared.refuse_own_change(path, &reason);
+        }
+    }
+
+    /// Takes the changes that a worker under test has requested, by [`Core::set_parameter`]: paths and values, in
+    /// their order. Nothing checks them, and `ctx.params` stays. A process has none here.
+    pub fn take_requested_parameters(&mut self) -> Vec<(String, Value)> {
+        match &mut self.own_changes {
+            OwnChanges::Kept(kept) => std::mem::take(kept),
+            OwnChanges::Requested(_) | OwnChanges::Repeated => Vec::new(),
+        }
     }
 
     /// Ends this component in order: the present call returns, then `finalize` runs. The log gets

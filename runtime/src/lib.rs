@@ -54,6 +54,7 @@ mod management;
 mod member;
 mod name_lock;
 mod notify;
+mod own_changes;
 mod parameter_server;
 mod parameter_service;
 mod parameter_values;

@@ -159,6 +159,11 @@ impl Management {
         self.hops.clone()
     }
 
+    /// The requests about parameters, for the worker.
+    pub(crate) fn requests(&self) -> Arc<RequestQueue> {
+        self.queue.clone()
+    }
+
     /// The parameters, for backends.
     pub(crate) fn parameters(&self) -> Arc<dyn ParameterService> {
         self.queue.clone()

@@ -36,6 +36,8 @@ const PERIOD: &str = "period";
 pub(crate) enum Requester {
     /// The supervisor, which restores the parameters of an earlier run.
     Supervisor,
+    /// The worker itself, with the path of the parameter.
+    Worker(String),
     /// A backend, by the number of its request.
     Backend(u64),
     /// The supervisor, with the number of a change of several components.

@@ -9,18 +9,23 @@ use rc_management::rpc::Error;
 use rc_middleware::parameters::{Parameter, ParameterListener, ParameterService, ParameterValue};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// The limit for an answer: longer than a change may wait for the worker.
 const LIMIT: Duration = Duration::from_secs(4);
+/// The most changes that the worker has requested and that have not ended.
+const MOST_OWN: usize = 64;
 
 /// A request, and where its answer goes.
 enum BackendRequest {
     List(SyncSender<Vec<LiveParameter>>),
     Set(Map<String, Value>, SyncSender<Result<(), Error>>),
     Subscribe(ParameterListener),
+    /// Of the worker itself: a path and a value.
+    Own(String, Value),
 }
 
 /// The management thread's side. It answers at once, or when the worker has decided.
@@ -52,6 +57,10 @@ impl BackendRequests {
                     parameters.change(Requester::Backend(self.changes), changes);
                 }
                 BackendRequest::Subscribe(listener) => parameters.subscribe(listener),
+                BackendRequest::Own(path, value) => {
+                    let changes = Map::from_iter([(path.clone(), value)]);
+                    parameters.change(Requester::Worker(path), changes);
+                }
             }
         }
     }
@@ -61,6 +70,11 @@ impl BackendRequests {
         if let Some(answer) = self.pending.remove(&number) {
             let _ = answer.try_send(result);
         }
+    }
+
+    /// A change that the worker has requested was made or refused.
+    pub(crate) fn own_change_ended(&self) {
+        self.queue.own.fetch_sub(1, Ordering::Release);
     }
 
     /// Refuses requests from now on: the component ends.
@@ -73,6 +87,8 @@ impl BackendRequests {
 pub(crate) struct RequestQueue {
     /// None when the component ends.
     requests: Mutex<Option<Vec<BackendRequest>>>,
+    /// How many changes the worker has requested that have not ended.
+    own: AtomicUsize,
     management: Waker,
 }
 
@@ -80,6 +96,7 @@ impl RequestQueue {
     pub(crate) fn new(management: Waker) -> Self {
         Self {
             requests: Mutex::new(Some(Vec::new())),
+            own: AtomicUsize::new(0),
             management,
         }
     }
@@ -108,6 +125,26 @@ impl RequestQueue {
         }
         self.management.wake();
         true
+    }
+
+    /// Requests a change for the worker, whose thread waits for nothing.
+    ///
+    /// # Errors
+    /// Too many changes of the worker wait.
+    pub(crate) fn request_own(&self, path: &str, value: Value) -> Result<(), String> {
+        // Only the worker adds some.
+        if self.own.load(Ordering::Relaxed) >= MOST_OWN {
+            return Err(format!("{MOST_OWN} changes of this worker wait already"));
+        }
+        self.own.fetch_add(1, Ordering::Relaxed);
+        // A component that ends changes nothing.
+        self.push(BackendRequest::Own(path.to_owned(), value));
+        Ok(())
+    }
+
+    /// Whether a change of the worker was neither made nor refused.
+    pub(crate) fn has_own(&self) -> bool {
+        self.own.load(Ordering::Acquire) > 0
     }
 
     fn call<T>(&self, request: impl FnOnce(SyncSender<T>) -> BackendRequest) -> Result<T, String> {

@@ -19,6 +19,7 @@ use crate::link::Link;
 use crate::log::{self, Log};
 use crate::management::{Attachment, Management};
 use crate::notify::{self, ServiceState};
+use crate::own_changes::OwnChanges;
 use crate::ports::{Connections, Interceptors, Ports, Receiver};
 use crate::settings::settings;
 use crate::shared::place::Place;
@@ -337,7 +338,8 @@ impl<'a> Connected<'a> {
         let prepared = &self.managed.prepared;
         let (name, network) = (&prepared.arguments.name, &prepared.arguments.network);
         let (shared, exact) = (&prepared.shared, &self.exact);
-        let core = Core::exact(name, network, shared.clone(), exact.clone(), prepared.seed);
+        let mut core = Core::exact(name, network, shared.clone(), exact.clone(), prepared.seed);
+        core.own_changes = OwnChanges::Requested(self.managed.management.requests());
         let values = prepared.loaded.values();
         let started = exact.initialize(|| start(core, &self.ports, &values));
         let component = match started {

@@ -3,6 +3,7 @@
 use crate::ages::FreshCounts;
 use crate::clock::{Clock, Time};
 use crate::converting::ConversionCounts;
+use crate::event_loop::LogLimit;
 use crate::forwarded::ForwardCounts;
 use crate::lifecycle::Lifecycle;
 use crate::machine_record::MachineRecord;
@@ -75,6 +76,20 @@ impl Shared {
             .saturating_sub(self.last_turn.load(Ordering::Relaxed))
     }
 
+    /// Notes that a change of a parameter is refused that the worker itself has requested. Logs one a
+    /// second.
+    pub(crate) fn refuse_own_change(&self, path: &str, reason: &str) {
+        let message = format!("the worker cannot change its parameter `{path}`: {reason}");
+        let is_logged = {
+            let mut status = self.status();
+            status.last_error = Some(message.clone());
+            status.refused.allows(Instant::now())
+        };
+        if is_logged {
+            tracing::warn!("{message}");
+        }
+    }
+
     pub(crate) fn uptime(&self) -> Duration {
         self.born.elapsed()
     }
@@ -130,6 +145,8 @@ pub(crate) struct Status {
     pub(crate) overruns: u64,
     pub(crate) slots: Vec<SlotCounters>,
     pub(crate) last_error: Option<String>,
+    /// Refused changes of the worker's own parameters in the log.
+    pub(crate) refused: LogLimit,
     /// Last steps of the state machine.
     pub(crate) machine: Option<MachineRecord>,
     /// The last reported state of the replica of the shared world, and the files of its schema.
@@ -283,6 +300,7 @@ impl Status {
             overruns: 0,
             slots: (0..slots).map(|_| SlotCounters::new()).collect(),
             last_error: None,
+            refused: LogLimit::default(),
             machine: None,
             world: None,
             schema: Vec::new(),

@@ -33,11 +33,12 @@ void SpecificWorker::stop() {
   base_proxy->stopBase();
 }
 
-// The picture, until somebody sets the parameter.
 void SpecificWorker::zoom() {
-  params.range = params.range > LEAST_RANGE ? std::max(params.range / 2, LEAST_RANGE) : MOST_RANGE;
-  show_scan();
+  const bool is_least = params.range <= LEAST_RANGE;
+  ctx.set_parameter("range", is_least ? MOST_RANGE : std::max(params.range / 2, LEAST_RANGE));
 }
+
+void SpecificWorker::params_changed(const std::vector<rc::ParamChange>&) { show_scan(); }
 
 // A tool may have asked for the emergency, too.
 void SpecificWorker::emergency() {

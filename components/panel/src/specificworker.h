@@ -11,6 +11,7 @@ class SpecificWorker final : public GenericWorker {
  public:
   void initialize() override;
   void compute() override;
+  void params_changed(const std::vector<rc::ParamChange>& changes) override;
   void emergency() override;
   void restore() override;
   void finalize() override;

@@ -40,7 +40,9 @@ int main() {
     RC_CHECK(panel.params.range == 4000);
     for (const int range : {2000, 1000, 8000, 4000}) {
       emit panel.scan->clicked();
-      RC_CHECK(panel.params.range == range);
+      const auto requested = test.requested_parameters();
+      RC_CHECK(requested.size() == 1 && requested[0] == (rc::RequestedParameter{"range", std::to_string(range)}));
+      panel.params.range = range;
     }
 
     panel.DifferentialRobot_setSpeedBase(300, 0);

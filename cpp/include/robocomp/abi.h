@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RC_ABI_VERSION 5
+#define RC_ABI_VERSION 6
 #define RC_RELEASE "0.1.0"
 
 /* Bytes of the caller, or of the callee until its next call on the same thread. */
@@ -112,8 +112,14 @@ enum rc_set_what {
   RC_TIME_WAIT,    /* for all followers, so many nanoseconds; -1: for nobody */
   RC_TIME_ORDER,   /* 1: in turn */
   RC_TIME_PACE,    /* 1: by the period */
-  RC_TIME_RELEASE  /* a follower; answers 1 if there is one */
+  RC_TIME_RELEASE, /* a follower; answers 1 if there is one */
+  /* Requests a change of a parameter: `text` is its path and, in the next lines, a text; `number` is an
+   * rc_value_kind. */
+  RC_SET_PARAMETER
 };
+
+/* `value` is 0 or 1, an integer, the bits of a double, nothing, or nanoseconds. */
+enum rc_value_kind { RC_BOOL, RC_INT, RC_FLOAT, RC_TEXT, RC_DURATION };
 
 /* A call of a function of the worker. `first` and `second` are slot and operation, or the number of
  * a state, a guard or an action. `name` is a transition, or a member of a slot array, whose number is
@@ -189,7 +195,8 @@ enum rc_test_what {
   RC_TEST_SAMPLES,
   RC_TEST_FAIL_PUBLISHING, /* the member and the reason, in lines */
   RC_TEST_SUBSCRIBERS,
-  RC_TEST_ANSWER_DEFAULTS
+  RC_TEST_ANSWER_DEFAULTS,
+  RC_TEST_PARAMETERS /* takes requested changes of parameters: a sequence of path and value in TOML */
 };
 enum rc_test_fault { RC_FAULT_NO_SERVER, RC_FAULT_TIMEOUT, RC_FAULT_SERVER_DIED, RC_FAULT_QUEUE_FULL };
 

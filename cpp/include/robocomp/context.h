@@ -4,7 +4,10 @@
 
 #include <chrono>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "robocomp/errors.h"
@@ -28,6 +31,32 @@ class Context {
     detail::checked(robocomp_set(RC_SET_PERIOD, 0, period.count(), {}));
     detail::look_again();
   }
+  // Requests a change of a parameter of this component, by its path: `range`, `motors[2].max`. The value is a
+  // number, a `bool`, a text, a path or a duration. The rest is that of `rcdeploy params set`: the value is checked,
+  // `params_changed` accepts or refuses it, and then `params` and all tools have the new value. This is done before
+  // the next `compute`, in lockstep in the same tick; a change of several components that is under way delays it.
+  // The log and the last error of the component have a refusal. At most 64 changes wait.
+  template <class T>
+  void set_parameter(const std::string& path, const T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      set_parameter(path, RC_BOOL, value ? 1 : 0, {});
+    } else if constexpr (std::is_integral_v<T>) {
+      set_parameter(path, RC_INT, static_cast<std::int64_t>(value), {});
+    } else if constexpr (std::is_floating_point_v<T>) {
+      const double number = static_cast<double>(value);
+      std::int64_t bits = 0;
+      static_assert(sizeof bits == sizeof number);
+      std::memcpy(&bits, &number, sizeof bits);
+      set_parameter(path, RC_FLOAT, bits, {});
+    } else if constexpr (std::is_convertible_v<const T&, std::string_view>) {
+      set_parameter(path, RC_TEXT, 0, std::string(std::string_view(value)));
+    } else if constexpr (std::is_convertible_v<const T&, std::chrono::nanoseconds>) {
+      set_parameter(path, RC_DURATION, std::chrono::nanoseconds(value).count(), {});
+    } else {
+      static_assert(std::is_same_v<T, std::filesystem::path>, "no parameter has a value of this type");
+      set_parameter(path, RC_TEXT, 0, value.string());
+    }
+  }
   // Whether the component stops after this function.
   bool is_stopping() const { return number(RC_IS_STOPPING) != 0; }
   // Stops the component after this function.
@@ -38,6 +67,11 @@ class Context {
   std::uint64_t seed() const { return static_cast<std::uint64_t>(number(RC_SEED)); }
 
  private:
+  static void set_parameter(const std::string& path, rc_value_kind kind, std::int64_t value, const std::string& text) {
+    const std::string both = path + '\n' + text;
+    detail::checked(robocomp_set(RC_SET_PARAMETER, kind, value, detail::bytes(both)));
+    detail::look_again();
+  }
   static std::string text(rc_get_what what) {
     return detail::text(detail::checked(robocomp_get(what, 0)).bytes);
   }

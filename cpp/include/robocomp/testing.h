@@ -169,6 +169,13 @@ class Records {
 
 }  // namespace detail
 
+// A change of a parameter that a worker has requested. The value is a text of TOML.
+struct RequestedParameter {
+  std::string path;
+  std::string value;
+  RC_STRUCT(RequestedParameter, path, value)
+};
+
 // The parameters, the worker, the clock and the state of a component under test. The generated class adds
 // a fake peer for each slot that calls or publishes.
 template <class Params>
@@ -217,6 +224,14 @@ class TestContext {
   void set_time(std::chrono::nanoseconds time) { act(RC_TEST_SET_TIME, time.count()); }
   // Sets the state of the component: `starting`, `running`, `emergency`, `stopping`.
   void set_state(const std::string& state) { act(RC_TEST_SET_STATE, 0, state); }
+
+  // Takes the changes of parameters that the worker has requested by `ctx.set_parameter`, in their order. Nothing
+  // checks them, and `params` of the worker stays.
+  std::vector<RequestedParameter> requested_parameters() {
+    std::vector<RequestedParameter> requested;
+    detail::Reader(act(RC_TEST_PARAMETERS).bytes).get(requested);
+    return requested;
+  }
 
   // For fakes.
   detail::Answers& rc_answers() { return bench_.answers(); }

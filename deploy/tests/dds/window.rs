@@ -9,6 +9,7 @@ use rc_test_support::python::skipped;
 use rc_test_support::screen::Screen;
 use rc_test_support::{cmake, python};
 use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
 use std::path::Path;
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
@@ -163,13 +164,18 @@ fn pose(site: &Site) -> String {
     called.stdout
 }
 
-/// Clicks on the picture, which shows less of the room each time: what is beyond fills it. A tool sets the same
-/// parameter.
+/// Clicks on the picture, which shows less of the room each time: what is beyond fills it. Tools
+/// show and set the same parameter.
 fn a_click_changes_a_parameter(site: &Site, user: &User) {
     let before = user.count(SCAN);
     let fills = "a picture of the nearest metre";
-    for _ in 0..2 {
+    for range in [2000, 1000] {
         user.click(200, 100);
+        Site::until("a tool shows the new value", || {
+            let shown = json!({ "paths": ["range"] });
+            let shown = site.tell("panel", "parameters", &shown);
+            shown["parameters"][0]["value"] == range
+        });
     }
     Site::until(fills, || user.count(SCAN) > before + before / 4);
     let set = ["params", "set", &site.network, "panel", "range=8000"];

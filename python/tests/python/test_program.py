@@ -81,6 +81,29 @@ class Program(unittest.TestCase):
         self.assertIn("INFO speed is 500.0, pause datetime.timedelta(microseconds=250000)", err)
         self.assertIn("stopping: three runs", err)
 
+    def test_a_worker_changes_its_own_parameters(self):
+        compute = """if self.runs == 1:
+            ctx.set_parameter("speed", 600)
+            ctx.set_parameter("speed", 2000.5)
+            ctx.set_parameter("pause", datetime.timedelta(seconds=1))
+            ctx.set_parameter("password", pathlib.Path("a/b"))
+            ctx.set_parameter("speed", 700.0)
+            try:
+                ctx.set_parameter("speed", None)
+            except TypeError as error:
+                print(error, flush=True)
+        if ctx.params["speed"] == 700.0: ctx.stop(ctx.params["password"])"""
+        worker = "import datetime, pathlib\n" + GOOD.replace("COMPUTE", compute)
+        worker += '\n    def params_changed(self, ctx, changes):\n        print(changes[0].path, flush=True)\n'
+        code, out, err = self.run_to_end(worker)
+        self.assertEqual(code, 0, err)
+        self.assertIn("no parameter has a value of the type NoneType", out)
+        self.assertIn("\nspeed\npassword\nspeed\n", out)
+        self.assertIn("parameter speed: 500.0 -> 600.0", err)
+        self.assertIn("the worker cannot change its parameter `speed`: ", err)
+        self.assertIn("parameter speed: 600.0 -> 700.0", err)
+        self.assertIn("stopping: a/b", err)
+
     def test_the_log_level_holds_for_python(self):
         worker = GOOD.replace("COMPUTE", 'ctx.stop("done")')
         _, _, err = self.run_to_end(worker, "--log", "error")

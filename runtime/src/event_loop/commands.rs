@@ -4,13 +4,20 @@ use super::report::NotHandled;
 use super::{EventLoop, answer, receive};
 use crate::commands::Command;
 use crate::component::Body;
+use crate::proposal::CHANGE_LIMIT;
 use crate::tool_message::{ToolMessage, ToolReply};
 use rc_management::component::State;
 use rc_management::observation::TappedKind;
 use rc_middleware::backend::Profile;
 use rc_middleware::typed::HandlerError;
 use rc_middleware::{Header, Message};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a turn waits for the changes of parameters that its worker has requested. In lockstep it waits as long
+/// as a change may take, so that a run repeats.
+const SETTLING: Duration = Duration::from_millis(100);
 
 impl EventLoop<'_> {
     pub(super) fn execute_commands(&mut self) {
@@ -42,6 +49,40 @@ impl EventLoop<'_> {
             }
         }
         self.commands.executed(emergencies);
+    }
+
+    /// Makes the changes of parameters that the worker has requested: waits until the management thread has
+    /// checked them.
+    pub(super) fn settle_own_changes(&mut self) {
+        if !self.component.core().own_changes.are_open() {
+            return;
+        }
+        let limit = if self.role.is_lockstep() {
+            CHANGE_LIMIT
+        } else {
+            SETTLING
+        };
+        let shared = Arc::clone(&self.shared);
+        let end = Instant::now() + limit;
+        while self.component.core().own_changes.are_open()
+            && self.fatal.is_none()
+            && !shared.wake_event.is_stopping()
+        {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            let left = Timespec::try_from(left).ok();
+            // After an error, the limit still ends the wait.
+            let _ = poll(
+                &mut [PollFd::new(&shared.wake_event, PollFlags::IN)],
+                left.as_ref(),
+            );
+            shared.wake_event.clear();
+            self.execute_commands();
+        }
+        // It may have been for another part of the loop that somebody woke it.
+        shared.wake_event.wake();
     }
 
     /// Handles a message of a tool as if a peer had sent it.

@@ -28,7 +28,8 @@ use peers::PeerInterval;
 use port::Port;
 pub(crate) use port::{answer, receive};
 use rc_management::component::State;
-use report::{HandledMessages, LogLimit};
+use report::HandledMessages;
+pub(crate) use report::LogLimit;
 use rustix::event::{Timespec, epoll};
 use std::io;
 use std::mem::MaybeUninit;
@@ -195,6 +196,7 @@ impl<'a> EventLoop<'a> {
             for port in self.ports.iter_mut().filter(|port| port.is_full) {
                 port.find_room(&*self.component);
             }
+            self.settle_own_changes();
             self.take_failure();
             self.tell_time(now);
             self.apply_period();

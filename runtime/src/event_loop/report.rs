@@ -111,11 +111,11 @@ impl HandledMessages {
 
 /// Log messages about one thing, at most one in [`LOG_PAUSE`].
 #[derive(Debug, Default)]
-pub(super) struct LogLimit(Option<Instant>);
+pub(crate) struct LogLimit(Option<Instant>);
 
 impl LogLimit {
     /// Returns whether a message may be logged now, and notes that it is.
-    pub(super) fn allows(&mut self, now: Instant) -> bool {
+    pub(crate) fn allows(&mut self, now: Instant) -> bool {
         let pause = |last: Instant| now.saturating_duration_since(last);
         let allows = self.0.is_none_or(|last| pause(last) >= LOG_PAUSE);
         if allows {

@@ -90,6 +90,13 @@ impl Server {
                         .iter_mut()
                         .for_each(|link| link.set_settled(number));
                 }
+                Requester::Worker(path) => {
+                    if let Err(error) = result {
+                        self.shared.refuse_own_change(&path, &error.message);
+                    }
+                    self.backends.own_change_ended();
+                    self.shared.wake_event.wake();
+                }
                 Requester::Backend(number) => self.backends.answer(number, result.map(drop)),
                 Requester::Client { number, id } => {
                     self.socket.settle(number);

@@ -33,6 +33,7 @@ use crate::context::Core;
 use crate::description::{Description, Slot};
 use crate::error::StartError;
 use crate::lifecycle::{Hook, LifecycleState, Missed, Transition};
+use crate::own_changes::OwnChanges;
 use crate::ports::{Connections, Ports};
 use crate::slots::{Listed, SlotTable, Transports};
 use crate::status::{NetworkTime, Shared};
@@ -147,7 +148,8 @@ impl TestBed {
         if let Some(lifecycle) = &shared.lifecycle {
             ports.set_gate(lifecycle.gate());
         }
-        let core = Core::new(description.name, NETWORK, Arc::clone(&shared), 0);
+        let mut core = Core::new(description.name, NETWORK, Arc::clone(&shared), 0);
+        core.own_changes = OwnChanges::Kept(Vec::new());
         let bed = Self {
             description,
             clock,

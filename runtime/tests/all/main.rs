@@ -8,6 +8,7 @@ mod life;
 mod lifecycle;
 mod log;
 mod machine;
+mod own_parameters;
 mod parameter_requests;
 mod parameters;
 mod process;

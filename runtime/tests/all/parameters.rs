@@ -51,6 +51,8 @@ struct Seen {
     /// Whether the worker blocks, and whether it may continue.
     hangs: bool,
     free: bool,
+    /// Changes that the worker requests itself.
+    wanted: Vec<(&'static str, rc_runtime::Value)>,
 }
 
 static SEEN: Mutex<BTreeMap<String, Seen>> = Mutex::new(BTreeMap::new());
@@ -114,10 +116,15 @@ impl Component for Worker {
             self.hung = true;
             hang(&name);
         }
+        let mut wanted = Vec::new();
         note(&name, |seen| {
             seen.speed = self.speed;
             seen.computes += 1;
+            wanted = std::mem::take(&mut seen.wanted);
         });
+        for (path, value) in wanted {
+            self.core.set_parameter(path, value);
+        }
         Ok(())
     }
 
@@ -258,6 +265,57 @@ fn valid_changes_reach_the_worker_and_invalid_ones_do_not() {
         let reply = ask("accepts", "parameters_set", &wrong);
         assert_eq!(reply["error"]["code"], -32602, "{reply}");
     }
+    end(component);
+}
+
+#[test]
+fn a_worker_changes_its_own_parameters_as_a_tool_does() {
+    const NAME: &str = "own";
+    let component = run(NAME, &[]);
+    let request = |path, value: rc_runtime::Value| {
+        note(NAME, |seen| seen.wanted.push((path, value)));
+    };
+    let await_so = |what: &str, so: &dyn Fn() -> bool| {
+        let start = Instant::now();
+        while !so() {
+            assert!(start.elapsed() < LIMIT, "{what}");
+        }
+    };
+    let shows = |speed: f64| {
+        await_so("a tool sees it", &|| {
+            get(NAME, "speed")["value"] == json!(speed)
+        });
+    };
+    request("speed", 2.0.into());
+    let seen = until(NAME, |seen| seen.speed == 2.0);
+    assert_eq!(seen.notified, [("speed: 1.0 -> 2.0".to_owned(), 2.0)]);
+    shows(2.0);
+    let fails = |path: &str, reason: &str| {
+        await_so(reason, &|| {
+            let error = ask(NAME, "status", &Value::Null)["result"]["last_error"].to_string();
+            error.contains(&format!(
+                "the worker cannot change its parameter `{path}`: "
+            )) && error.contains(reason)
+        });
+    };
+    for (path, value, reason) in [
+        ("speed", 6.0.into(), "it moves too fast"),
+        ("limt", 9.into(), "did you mean `limit`?"),
+        ("fixed", 2.into(), "fixed"),
+        ("speed", 4.0.into(), "the gear is stuck"),
+    ] {
+        request(path, value);
+        fails(path, reason);
+        assert_eq!(get(NAME, "speed")["value"], json!(2.0));
+    }
+    // A worker that requests without end has a limit. Those before it are made, in their order.
+    note(NAME, |seen| {
+        let speeds = (1..=100).map(|number| f64::from(number) / 64.0);
+        seen.wanted = speeds.map(|speed| ("speed", speed.into())).collect();
+    });
+    fails("speed", "64 changes of this worker wait already");
+    shows(1.0);
+    until(NAME, |seen| seen.speed == 1.0);
     end(component);
 }
 
