@@ -396,6 +396,12 @@ fn report_skipped_communication(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>)
         return r.report_skipped(pair, Rule::communication);
     }
     let message = format!("expected a communication clause, found `{}`", first.text);
+    let clause = |word: &&str| word.eq_ignore_ascii_case(&first.text);
+    if let Some(word) = KEYWORDS.iter().find(|word| clause(word)) {
+        let help = format!("end `Communications` with `}};` before `{word}`");
+        let error = Diagnostic::error("unknown-communication", first.span, message);
+        return r.found.push(error.help(help));
+    }
     let all: Vec<String> = Role::words().map(|word| format!("`{word}`")).collect();
     let all = format!("expected one of {}", all.join(", "));
     // Keywords of other component models.

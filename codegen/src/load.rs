@@ -9,7 +9,7 @@ use rc_diagnostics::{Diagnostic, SourceMap, Span};
 use rc_files::read;
 use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -269,10 +269,11 @@ impl Loader for FileLoader {
                 text: (*text).to_owned(),
             });
         }
-        let searched = folders.iter().map(|folder| shown(folder).to_string_lossy());
-        missing
-            .searched
-            .extend(searched.map(std::borrow::Cow::into_owned));
+        // A file in the folder of interfaces searches it once.
+        let mut seen = BTreeSet::new();
+        let searched = folders.iter().filter(|folder| seen.insert(normal(folder)));
+        let searched = searched.map(|folder| shown(folder).to_string_lossy().into_owned());
+        missing.searched.extend(searched);
         missing
             .searched
             .push("the interfaces that come with rcgen".to_owned());

@@ -288,7 +288,7 @@ impl<'a> Connector<'a> {
             );
             let error = Diagnostic::error("wrong-direction", written.0.span, message)
                 .label(one.span, "declared here")
-                .help("write the slot that requires or subscribesTo left of `->`");
+                .help("write the slot that requires or subscribes left of `->`");
             self.report(consumer, Some(provider), error);
             return;
         };

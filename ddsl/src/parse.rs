@@ -510,7 +510,14 @@ fn report_skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>, words: &Keywo
         .iter()
         .find(|(word, _)| word.eq_ignore_ascii_case(&first.text));
     if let Some((_, rule)) = meant {
-        return r.report_skipped(pair, *rule);
+        return r.report_skipped_with(pair, *rule, |before, from| {
+            let is_slot = before
+                .trim_end()
+                .ends_with(|c: char| c.is_alphanumeric() || c == '_')
+                && (from.starts_with("->") || from.starts_with(';'));
+            (*rule == Rule::bind && is_slot)
+                .then(|| "name the slots, too: `bind CONSUMER.SLOT -> PROVIDER.SLOT;`".to_owned())
+        });
     }
     let message = format!("expected {what}, found `{}`", first.text);
     let diagnostic = Diagnostic::error("unknown-field", first.span, message);

@@ -27,10 +27,13 @@ pub(crate) fn duplicates<'a>(
                 name.text, first.text
             )
         };
-        found.push(
-            Diagnostic::error("duplicate-name", name.span, message)
-                .label(first.span, "first declared here"),
-        );
+        let error = Diagnostic::error("duplicate-name", name.span, message)
+            .label(first.span, "first declared here");
+        found.push(if what == "operation" && first.text == name.text {
+            error.help("operations are not overloaded: give each a name of its own")
+        } else {
+            error
+        });
     }
 }
 

@@ -89,9 +89,9 @@ fn decl(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Decl> {
             Rule::enumerator => enumerators.extend(enumerator(r, part)),
             Rule::operation => operations.extend(operation(r, part)),
             Rule::skipped if rule == Rule::interface_decl => {
-                r.report_skipped(&part, Rule::operation);
+                r.report_skipped_with(&part, Rule::operation, operation_help);
             }
-            Rule::skipped => r.report_skipped(&part, Rule::member),
+            Rule::skipped => r.report_skipped_with(&part, Rule::member, member_help),
             Rule::type_ref => types.push(type_ref(r, part)),
             Rule::sequence_type => {
                 let span = r.span(&part);
@@ -291,6 +291,43 @@ fn sequence(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
         }
     }
     TypeKind::Sequence(Box::new(element), bound)
+}
+
+/// The word at the end of `text`, and what precedes it.
+fn last_word(text: &str) -> (&str, &str) {
+    let text = text.trim_end();
+    let begins = text.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
+    text.split_at(begins.map_or(0, |at| at + 1))
+}
+
+/// What to write instead of `float[3] a;` and `int[] a;`.
+fn member_help(before: &str, from: &str) -> Option<String> {
+    let (_, ty) = last_word(before);
+    let (size, rest) = from.strip_prefix('[')?.split_once(']')?;
+    let name = rest.trim_end_matches(';').trim();
+    let is_word = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_');
+    if ty.is_empty() || !is_word(name) || name.is_empty() {
+        return None;
+    }
+    Some(match size.trim() {
+        "" => format!("write `sequence<{ty}> {name};`"),
+        size => format!("the length follows the name: `{ty} {name}[{size}];`"),
+    })
+}
+
+/// What to write instead of `int& a` and of `in Pose a` or `const Pose a`.
+fn operation_help(before: &str, from: &str) -> Option<String> {
+    let (rest, word) = last_word(before);
+    if from.starts_with('&') {
+        return Some(format!(
+            "write `out {word} NAME` for a result, and `{word} NAME` for an input"
+        ));
+    }
+    let (_, direction) = last_word(rest);
+    matches!(direction, "in" | "const" | "inout").then(|| match direction {
+        "inout" => "write a parameter for the input, and one with `out` for the result".to_owned(),
+        _ => format!("remove `{direction}`: a parameter without `out` is an input"),
+    })
 }
 
 /// Reports `vector<T>`, `map<K, V>` and the like. Errors that follow from them are not reported.

@@ -153,8 +153,10 @@ impl LimitChecker<'_> {
                     *span,
                     "only an array has a list of values as default",
                 );
-                self.found
-                    .push(diagnostic.help(format!("an array is declared with `{}[]`", ty.word())));
+                let ty = ty.word();
+                self.found.push(diagnostic.help(format!(
+                    "an array is declared with `{ty}[]`, or with the range of its length: `{ty}[3:3]`"
+                )));
                 None
             }
         }

@@ -22,7 +22,64 @@ pub struct Grammar;
 pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     let mut reader = ParseContext::new(sources, source);
     let file = file(&mut reader);
-    (file, reader.finish())
+    let mut found = Diagnostics::new();
+    for mut error in reader.finish() {
+        if error.code == "unknown-time-unit" {
+            let (before, from) = statement_around(sources.text(source), error.span.start);
+            error.help = unit_of_number(before, from).or(error.help);
+        }
+        found.push(error);
+    }
+    (file, found)
+}
+
+/// The declaration around `at`, before it and from it on.
+fn statement_around(text: &str, at: usize) -> (&str, &str) {
+    let ends = |c: char| matches!(c, ';' | '{' | '}');
+    let start = text[..at].rfind(ends).map_or(0, |end| end + 1);
+    let end = text[at..].find(ends).map_or(text.len(), |end| at + end);
+    (&text[start..at], &text[at..end])
+}
+
+/// How a number gets the unit that is written after it: only durations have units in their values.
+fn unit_of_number(before: &str, from: &str) -> Option<String> {
+    let code = before
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    let mut words = code.flat_map(str::split_whitespace);
+    let ty = words.nth(1)?.split('[').next()?;
+    let is_number = ["int", "long", "float", "double"].contains(&ty);
+    let unit = from.split([';', ' ', '\n']).next()?.trim();
+    let is_unit = unit.starts_with(char::is_alphabetic) && words.next().is_some();
+    (is_number && is_unit)
+        .then(|| format!("a unit follows the default and the range: `unit \"{unit}\"`"))
+}
+
+/// What to write instead of a declaration as other languages have it.
+fn habit(before: &str, from: &str) -> Option<String> {
+    let before = before.trim();
+    let (name, ty) = before
+        .split_once(char::is_whitespace)
+        .unwrap_or((before, ""));
+    if let Some((ty, length)) = before.strip_suffix(']').and_then(|ty| ty.rsplit_once('['))
+        && ty.ends_with(char::is_alphabetic)
+        && length.parse::<u32>().is_ok()
+    {
+        return Some(format!(
+            "the length of an array is a range: `{ty}[{length}:{length}]`"
+        ));
+    }
+    match from.chars().next()? {
+        ':' => Some(format!(
+            "a declaration has no `:`, as in `{name} float 0.5;`"
+        )),
+        '=' => Some(format!(
+            "the default follows the type: `{name} {} VALUE;`",
+            ty.trim()
+        )),
+        '[' if from.contains(':') => Some("a range has no brackets, as in `0:1`".to_owned()),
+        _ => unit_of_number(before, from),
+    }
 }
 
 fn file(r: &mut ParseContext<'_>) -> File {
@@ -58,7 +115,11 @@ fn skipped(r: &mut ParseContext<'_>, pair: &Pair<'_, Rule>) -> Option<Item> {
         "require" => Rule::require,
         _ => Rule::param,
     };
-    r.report_skipped(pair, likely);
+    r.report_skipped_with(pair, likely, |before, from| {
+        (likely == Rule::param)
+            .then(|| habit(before, from))
+            .flatten()
+    });
     let is_name = |text: &str| text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     let named = if likely == Rule::param {
         first.clone()

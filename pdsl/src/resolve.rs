@@ -15,6 +15,22 @@ use std::collections::{BTreeSet, HashMap};
 /// The deepest nesting of groups and lists. A component can read it from JSON.
 const DEEPEST: usize = 20;
 
+/// Types of other languages, with those of PDSL.
+const FOREIGN: [(&str, &str); 12] = [
+    ("boolean", "bool"),
+    ("integer", "int"),
+    ("int32", "int"),
+    ("int64", "long"),
+    ("uint", "int"),
+    ("number", "double"),
+    ("real", "double"),
+    ("float32", "float"),
+    ("float64", "double"),
+    ("str", "string"),
+    ("enum", "string"),
+    ("time", "duration"),
+];
+
 /// Loads one `.pdsl` text with its imports, and resolves it. `None` if nothing is readable.
 pub fn load(
     sources: &mut SourceMap,
@@ -106,7 +122,7 @@ impl<'t> Resolver<'t> {
                     self.invalid.insert(inner(scope, name));
                     // The word may be anything: it is reported only if it is similar to a type.
                     if let Some(ty) = ty.as_ref().filter(|ty| nearest_type(ty).is_some()) {
-                        self.unknown_type(ty);
+                        self.unknown_type(name, ty);
                     }
                 }
             }
@@ -160,7 +176,7 @@ impl<'t> Resolver<'t> {
 
     fn param(&mut self, tree: &'t ast::Param) -> Option<Parameter> {
         let Some(ty) = Type::from_word(&tree.ty.text) else {
-            self.unknown_type(&tree.ty);
+            self.unknown_type(&tree.name, &tree.ty);
             return None;
         };
         let array = tree
@@ -182,11 +198,20 @@ impl<'t> Resolver<'t> {
         Some(parameter)
     }
 
-    fn unknown_type(&mut self, ty: &Name) {
+    fn unknown_type(&mut self, name: &Name, ty: &Name) {
         let message = format!("unknown type `{}`", ty.text);
         let words = Type::WORDS.iter().map(|(word, _)| *word);
         let diagnostic = Diagnostic::error("unknown-type", ty.span, message);
-        self.found.push(diagnostic.suggest(&ty.text, words));
+        let foreign = FOREIGN.iter().find(|(foreign, _)| *foreign == ty.text);
+        let swapped = Type::from_word(&name.text).is_some() && nearest_type(ty).is_none();
+        self.found.push(if let Some((_, ours)) = foreign {
+            diagnostic.did_you_mean(&ty.text, Some(ours))
+        } else if swapped {
+            let order = format!("the name comes first: `{} {}`", ty.text, name.text);
+            diagnostic.help(order)
+        } else {
+            diagnostic.suggest(&ty.text, words)
+        });
     }
 
     fn flags(&mut self, parameter: &mut Parameter, ty: Type, flags: &'t [ast::Flag]) {

@@ -5,12 +5,13 @@ use crate::literal::{Escape, escape};
 use crate::scan::{SegmentKind, segments};
 use rc_diagnostics::{Diagnostic, SourceId, Span, stray_character};
 use rc_vocabulary::duration;
+use std::time::Duration;
 
 /// Units of time of other languages, as people write them after a number.
-const FOREIGN_UNITS: [&str; 23] = [
+const FOREIGN_UNITS: [&str; 27] = [
     "m", "mins", "minute", "minutes", "sec", "secs", "second", "seconds", "hr", "hour", "hours",
     "d", "day", "days", "msec", "msecs", "millis", "usec", "usecs", "micros", "ns", "nsec",
-    "nanos",
+    "nanos", "Hz", "hz", "HZ", "kHz",
 ];
 
 /// The findings of `text`, in order. The parser skips the declarations around the errors.
@@ -126,12 +127,17 @@ impl Piece<'_> {
                 let message = format!("unknown unit of time `{unit}`");
                 let span = self.span(word.start, word.len());
                 let diagnostic = Diagnostic::error("unknown-time-unit", span, message);
-                found.push(diagnostic.help(match unit {
-                    "m" | "mins" | "minute" | "minutes" => "write `min` for minutes",
-                    "sec" | "secs" | "second" | "seconds" => "write `s` for seconds",
-                    "hour" | "hours" | "hr" => "write `h` for hours",
-                    _ => "the units are `us`, `ms`, `s`, `min` and `h`",
-                }));
+                let period = period_of(&self.text[begins..word.end], &self.text[begins..at], unit);
+                let help = period.unwrap_or_else(|| {
+                    match unit {
+                        "m" | "mins" | "minute" | "minutes" => "write `min` for minutes",
+                        "sec" | "secs" | "second" | "seconds" => "write `s` for seconds",
+                        "hour" | "hours" | "hr" => "write `h` for hours",
+                        _ => "the units are `us`, `ms`, `s`, `min` and `h`",
+                    }
+                    .to_owned()
+                });
+                found.push(diagnostic.help(help));
             }
             at += joined;
             // `1.2.3` is not a number, and reported once.
@@ -149,6 +155,20 @@ impl Piece<'_> {
         let diagnostic = Diagnostic::warning("leading-zero", self.span(at, digits), message);
         found.push(diagnostic.help(format!("write `{meant}`")));
     }
+}
+
+/// What to write for a frequency, where it is in whole microseconds.
+fn period_of(written: &str, number: &str, unit: &str) -> Option<String> {
+    let hertz = match unit.to_lowercase().as_str() {
+        "hz" => 1.0,
+        "khz" => 1e3,
+        _ => return None,
+    };
+    let hertz = hertz * number.parse::<f64>().ok()?;
+    let period = Duration::try_from_secs_f64(1.0 / hertz).ok()?;
+    let micros = u64::try_from(period.as_micros()).ok()?;
+    let period = duration::text(micros.checked_mul(1000)?);
+    (micros > 0).then(|| format!("{written} is a period of `{period}`"))
 }
 
 /// The end of the number that begins at `at`, without a unit.
@@ -252,6 +272,7 @@ mod tests {
             ("3 sec", "sec"),
             ("1.5e3hz", "hz"),
             ("1 d;", "d"),
+            ("5 kHz", "kHz"),
         ] {
             let shown = found(text);
             assert!(
@@ -259,5 +280,11 @@ mod tests {
                 "{shown}"
             );
         }
+        for (text, period) in [("10 Hz", "100ms"), ("0.5hz", "2s"), ("3 kHz", "333us")] {
+            let shown = found(text);
+            let help = format!("{text} is a period of `{period}`)");
+            assert!(shown.contains(&help), "{shown}");
+        }
+        assert!(found("0 Hz").contains("(the units are"));
     }
 }

@@ -45,7 +45,8 @@ impl ImportError {
         let wanted = base.strip_suffix(&suffix).unwrap_or(base);
         error.help(match rc_diagnostics::nearest(wanted, known) {
             Some(near) => format!("did you mean `{near}{suffix}`?"),
-            None => "pass its folder with `-I DIR`, or move the file next to this one".to_owned(),
+            None => "copy the file into one of these folders, or pass its folder with `-I DIR`"
+                .to_owned(),
         })
     }
 }

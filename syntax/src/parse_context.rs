@@ -1,7 +1,7 @@
 //! Parsing with pest, and the conversions from pest's pairs that all languages share.
 
 use crate::scan::statement_of;
-use crate::syntax_error::{check_nesting, syntax_error};
+use crate::syntax_error::{check_nesting, help_for, syntax_error};
 use crate::{Literal, Name, Trivia, lexical, unescape};
 use pest::iterators::{Pair, Pairs};
 use pest::{Parser, RuleType};
@@ -202,10 +202,9 @@ impl<'a> ParseContext<'a> {
         let start = pair.as_span().start();
         let span = Span::new(self.source, start, start + first.trim_end().len());
         let diagnostic = Diagnostic::error("text-after-end", span, message);
-        self.found.push(if first.starts_with('#') {
-            diagnostic.help("delete the include guard: each file is read only once")
-        } else {
-            diagnostic
+        self.found.push(match help_for(first) {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
         });
     }
 
@@ -276,11 +275,28 @@ impl<'a> ParseContext<'a> {
 
     /// Reports why skipped input does not match `rule`, which is the rule it resembles.
     pub fn report_skipped<R: Language>(&mut self, pair: &Pair<'_, R>, rule: R) {
-        let offset = pair.as_span().start();
+        self.report_skipped_with(pair, rule, |_, _| None);
+    }
+
+    /// The same. `help` says what to write instead of what people know from other languages: it has
+    /// the skipped text before the place of the error, and that from there on.
+    pub fn report_skipped_with<R: Language>(
+        &mut self,
+        pair: &Pair<'_, R>,
+        rule: R,
+        help: impl FnOnce(&str, &str) -> Option<String>,
+    ) {
+        let skipped = pair.as_span();
+        let (offset, end) = (skipped.start(), skipped.end());
         let found = syntax_error(rule, pair.as_str(), offset, self.text, self.source);
         let found = found.unwrap_or_else(|| {
             Diagnostic::error("syntax-error", self.span(pair), "invalid syntax")
         });
-        self.found.push(found);
+        let at = found.span.start.clamp(offset, end);
+        self.found
+            .push(match help(&self.text[offset..at], &self.text[at..end]) {
+                Some(help) => found.help(help),
+                None => found,
+            });
     }
 }

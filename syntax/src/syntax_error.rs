@@ -57,13 +57,38 @@ pub(crate) fn syntax_error<R: Language>(
     };
     let span = Span::new(source, at, at + length);
     let diagnostic = Diagnostic::error("syntax-error", span, message);
-    Some(if found.starts_with('#') {
-        diagnostic.help("delete the include guard: each file is read only once")
+    Some(if let Some(help) = help_for(&text[at..]) {
+        diagnostic.help(help)
+    } else if is_inside_name(text, at) {
+        diagnostic.help("a name consists of letters, digits and `_`")
     } else if piece.trim_start().starts_with("unsigned ") {
         diagnostic.help("write `uint16`, `uint32` or `uint64` instead of an `unsigned` type")
     } else {
         diagnostic
     })
+}
+
+/// Whether the character at `at` joins two words, as in `my-robot`.
+fn is_inside_name(text: &str, at: usize) -> bool {
+    let mut rest = text[at..].chars();
+    rest.next() == Some('-')
+        && rest.next().is_some_and(char::is_alphabetic)
+        && text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')
+}
+
+/// What to write instead of text of other languages, which begins with a character that no language
+/// here has in this place.
+pub(crate) fn help_for(found: &str) -> Option<&'static str> {
+    let directive = found.strip_prefix('#').map(str::trim_start);
+    let guards = ["if", "define", "endif", "pragma", "include"];
+    match directive {
+        Some(word) if guards.iter().any(|guard| word.starts_with(guard)) => {
+            Some("delete the include guard: each file is read only once")
+        }
+        Some(_) => Some("a comment begins with `//`"),
+        None if found.starts_with('\'') => Some("a string has double quotes: `\"text\"`"),
+        None => None,
+    }
 }
 
 /// Reports brackets that are nested deeper than [`MAX_NESTING`].

@@ -259,8 +259,8 @@ impl Resolver<'_> {
         };
         let others = match wrong.count() {
             0 => String::new(),
-            1 => ", and so is another operation".to_owned(),
-            more => format!(", and so are {more} other operations"),
+            1 => "; another operation does not fit, either".to_owned(),
+            more => format!("; {more} other operations do not fit, either"),
         };
         let message = format!(
             "`{}` cannot be used under `{}`: operation `{}` {why}{others}",

@@ -178,7 +178,7 @@ fn unresolved_and_unused_imports_are_reported() {
         "import \"Lasre.idsl\";\nimport \"/opt/robocomp/interfaces/IDSLs/Camera.idsl\";\nComponent C { Communications { requires Laser, Camera; }; language rust; };",
         &expect![[r#"
             c.cdsl:1:8: error[import-not-found]: cannot find `Lasre.idsl`; searched in memory (did you mean `Laser.idsl`?)
-            c.cdsl:2:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            c.cdsl:2:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
         "#]],
     );
     check_file(
@@ -259,7 +259,7 @@ fn syntax_errors_in_communications() {
         &expect![[r#"
             c.cdsl:3:21: error[syntax-error]: expected a name, found `;`
             c.cdsl:5:1: error[unknown-qos]: `requires` has no setting `publishes` (expected one of `timeout`, `wake`, `fresh`, `stale`, `cache`, `asynchronous`)
-            c.cdsl:7:1: error[unknown-communication]: expected a communication clause, found `language` (expected one of `implements`, `requires`, `publishes`, `subscribesTo`)
+            c.cdsl:7:1: error[unknown-communication]: expected a communication clause, found `language` (end `Communications` with `};` before `language`)
             c.cdsl:9:1: error[syntax-error]: expected `}`, found the end of the file
         "#]],
     );
@@ -540,7 +540,7 @@ fn constructs_of_real_files_are_accepted() {
     check_file(
         "import \"Camera.idsl\";\nComponent C { Communications { requires Camera, Camera as other; }; language N++; };",
         &expect![[r#"
-            c.cdsl:1:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            c.cdsl:1:8: error[import-not-found]: cannot find `Camera.idsl`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
             c.cdsl:2:78: error[unknown-language]: unknown language `N++` (did you mean `c++`?)
         "#]],
     );
@@ -650,6 +650,25 @@ fn reactions_lead_from_what_comes_to_what_is_sent() {
         "language rust; reactions { push -> compute; }; reactions { };",
         &expect![[r#"
             c.cdsl:5:48: error[repeated-clause]: duplicate clause `reactions`; first used here at c.cdsl:5:16
+        "#]],
+    );
+}
+
+#[test]
+fn a_clause_of_the_component_among_the_communications_says_what_is_missing() {
+    check_file(
+        "Component my-robot { Communications { }; language rust; };",
+        &expect![[r#"
+            c.cdsl:1:13: error[syntax-error]: expected `{`, found `-` (a name consists of letters, digits and `_`)
+        "#]],
+    );
+    check_file(
+        "Component C { Communications { requires Nowhere; language rust; period 10 Hz; };",
+        &expect![[r#"
+            c.cdsl:1:41: error[unknown-interface]: unknown interface `Nowhere` (import the file that declares it; `import "Nowhere.idsl";` finds no file)
+            c.cdsl:1:50: error[unknown-communication]: expected a communication clause, found `language` (end `Communications` with `};` before `language`)
+            c.cdsl:1:75: error[unknown-time-unit]: unknown unit of time `Hz` (10 Hz is a period of `100ms`)
+            c.cdsl:1:81: error[syntax-error]: expected `}`, found the end of the file
         "#]],
     );
 }

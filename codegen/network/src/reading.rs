@@ -125,10 +125,12 @@ impl Reading {
 /// The error for a component that cannot be read.
 fn not_found(folder: &Path, named: &Name, error: &std::io::Error) -> Diagnostic {
     let is_relative = Path::new(&named.text).is_relative();
-    let near = is_relative.then(|| nearest_file(folder, &named.text));
+    let near = is_relative
+        .then(|| inside(folder, &named.text).or_else(|| nearest_file(folder, &named.text)));
     let near = near.flatten();
     let reason = match &near {
         Some(_) if error.kind() == ErrorKind::NotFound => "No such file or directory".to_owned(),
+        Some(_) if folder.join(&named.text).is_dir() => "it is a folder".to_owned(),
         _ => error.to_string(),
     };
     let message = format!("`{}` cannot be read: {reason}", named.text);
@@ -141,6 +143,14 @@ fn not_found(folder: &Path, named: &Name, error: &std::io::Error) -> Diagnostic 
         )),
         None => error,
     }
+}
+
+/// The component of the folder that `wanted` names: `NAME/NAME.cdsl`.
+fn inside(folder: &Path, wanted: &str) -> Option<String> {
+    let name = Path::new(wanted).file_name()?;
+    let file = Path::new(wanted).join(name).with_extension("cdsl");
+    let found = folder.join(&file).is_file();
+    found.then(|| file.to_str().map(str::to_owned)).flatten()
 }
 
 /// The path of the component near `folder` that `wanted` most likely means: with the same file

@@ -117,7 +117,7 @@ impl Connector<'_> {
             [Some(_), _] => {
                 let clause = self.clause(consumer, provider);
                 error.help(format!(
-                    "a process can stand between them: `{clause} convert via process; }};`"
+                    "give both ends one middleware, or let a process stand between them: `{clause} convert via process; }};`"
                 ))
             }
         });

@@ -25,6 +25,15 @@ impl Resolver<'_> {
         if host.is_none() && name.text != LOCALHOST {
             let message = format!("unknown host `{}`", name.text);
             let error = Diagnostic::error("unknown-host", name.span, message);
+            let any = self.visible(group).any(|s| !s.hosts.known.is_empty());
+            if !any && rc_diagnostics::nearest(&name.text, [LOCALHOST]).is_none() {
+                let declared = format!(
+                    "declare it: `Host {} {{ address \"10.0.0.2\"; }};`",
+                    name.text
+                );
+                self.found.push(error.help(declared));
+                return None;
+            }
             self.report_unknown(error, &name.text, |r| {
                 let hosts = r.visible(group).flat_map(|s| s.hosts.known.keys().cloned());
                 hosts.chain([LOCALHOST.to_owned()]).collect()

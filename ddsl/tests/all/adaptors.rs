@@ -83,8 +83,8 @@ fn an_adaptor_connects_two_middlewares() {
         &body(""),
         &all,
         &expect![[r#"
-        n.ddsl:2:6: error[middleware-mismatch]: `a.Pub` and `arm.b.Pub` use different middleware: `iceoryx2` and `dds` (a process can stand between them: `bind a.Pub -> arm.b.Pub { convert via process; };`)
-        n.ddsl:3:6: error[middleware-mismatch]: `a.Laser` and `arm.b.Laser` use different middleware: `iceoryx2` and `dds` (a process can stand between them: `bind a.Laser -> arm.b.Laser { convert via process; };`)
+        n.ddsl:2:6: error[middleware-mismatch]: `a.Pub` and `arm.b.Pub` use different middleware: `iceoryx2` and `dds` (give both ends one middleware, or let a process stand between them: `bind a.Pub -> arm.b.Pub { convert via process; };`)
+        n.ddsl:3:6: error[middleware-mismatch]: `a.Laser` and `arm.b.Laser` use different middleware: `iceoryx2` and `dds` (give both ends one middleware, or let a process stand between them: `bind a.Laser -> arm.b.Laser { convert via process; };`)
     "#]],
     );
     let made = network(&body(" { convert via process; }"), &all, &expect![[""]]);
@@ -167,7 +167,7 @@ fn ends_that_do_not_fit_are_reported_as_without_an_adaptor() {
         &all,
         &format!("bind b.Laser -> a.Laser {block};"),
         &expect![[r#"
-            n.ddsl:2:6: error[wrong-direction]: expected a consumer left of `->`, but `b.Laser` implements its interface; declared here at b.cdsl:2:43 (write the slot that requires or subscribesTo left of `->`)
+            n.ddsl:2:6: error[wrong-direction]: expected a consumer left of `->`, but `b.Laser` implements its interface; declared here at b.cdsl:2:43 (write the slot that requires or subscribes left of `->`)
             n.ddsl:4:11: note[no-subscriber]: `b.Pub` has no subscriber
         "#]],
     );

@@ -110,7 +110,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
             n.ddsl:2:140: error[syntax-error]: expected `within`, found `;`
             n.ddsl:3:1: error[unknown-field]: expected a declaration of a deployment, found `Compnent` (did you mean `Component`?)
             n.ddsl:4:14: error[syntax-error]: expected `->` or `.`, found `b`
-            n.ddsl:5:8: error[syntax-error]: expected `.`, found `-`
+            n.ddsl:5:8: error[syntax-error]: expected `.`, found `-` (name the slots, too: `bind CONSUMER.SLOT -> PROVIDER.SLOT;`)
             n.ddsl:6:14: error[syntax-error]: expected `->` or `.`, found `=`
             n.ddsl:7:12: error[unknown-middleware]: unknown middleware `iceorix2` (did you mean `iceoryx2`?)
             n.ddsl:8:8: error[syntax-error]: expected a number, found `x`
@@ -266,6 +266,13 @@ fn the_length_of_names_is_limited() {
 
 #[test]
 fn unknown_and_incomplete_hosts_are_reported() {
+    check(
+        "Component a { cdsl \"a\"; host robot; };\nComponent b { cdsl \"b\"; host localhst; };",
+        &expect![[r#"
+            n.ddsl:2:30: error[unknown-host]: unknown host `robot` (declare it: `Host robot { address "10.0.0.2"; };`)
+            n.ddsl:3:30: error[unknown-host]: unknown host `localhst` (did you mean `localhost`?)
+        "#]],
+    );
     check(
         "Host h { };\nHost robot { address \"10.0.0.2\"; address \"10.0.0.3\"; usr \"pi\"; };\nHost bad { address \"10 0 0 2\"; };\nHost open { user \"pi\" };\n\
          Component a { cdsl \"a\"; host robt; };\nComponent b { cdsl \"b\"; host g; };\nComponent c { cdsl \"c\"; host bad; };\n\

@@ -249,7 +249,7 @@ fn binds_connect_matching_slots_only() {
         &three,
         "bind b.Laser -> a.Laser;",
         &expect![[r#"
-            n.ddsl:2:6: error[wrong-direction]: expected a consumer left of `->`, but `b.Laser` implements its interface; declared here at b.cdsl:2:43 (write the slot that requires or subscribesTo left of `->`)
+            n.ddsl:2:6: error[wrong-direction]: expected a consumer left of `->`, but `b.Laser` implements its interface; declared here at b.cdsl:2:43 (write the slot that requires or subscribes left of `->`)
         "#]],
     );
     connect(
@@ -330,7 +330,7 @@ fn both_ends_must_agree_on_type_and_qos() {
         &[("a", "requires Laser(dds);"), ("b", "implements Laser;")],
         "bind a.Laser -> b.Laser; middleware iceoryx2;",
         &expect![[r#"
-            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2` (a process can stand between them: `bind a.Laser -> b.Laser { convert via process; };`)
+            n.ddsl:2:6: error[middleware-mismatch]: `a.Laser` and `b.Laser` use different middleware: `dds` and `iceoryx2` (give both ends one middleware, or let a process stand between them: `bind a.Laser -> b.Laser { convert via process; };`)
         "#]],
     );
 }
@@ -505,7 +505,7 @@ fn ends_in_different_middleware_or_domains_are_reported() {
         &text,
         &components,
         &expect![[r#"
-            n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: `dds` and `ros2` (a process can stand between them: `bind user.Laser -> g.lidar.Laser { convert via process; };`)
+            n.ddsl:4:11: error[middleware-mismatch]: `user.Laser` and `g.lidar.Laser` use different middleware: `dds` and `ros2` (give both ends one middleware, or let a process stand between them: `bind user.Laser -> g.lidar.Laser { convert via process; };`)
         "#]],
     );
 }

@@ -70,7 +70,7 @@ fn a_process_stands_before_a_program_outside() {
         ["requires Laser", "implements Laser(ros2)"],
         &text,
         &expect![[r#"
-            n.ddsl:2:10: error[middleware-mismatch]: `a.Laser` and `other.Laser` use different middleware: `iceoryx2` and `ros2` (a process can stand between them: `external a.Laser { cdsl "other"; convert via process; };`)
+            n.ddsl:2:10: error[middleware-mismatch]: `a.Laser` and `other.Laser` use different middleware: `iceoryx2` and `ros2` (give both ends one middleware, or let a process stand between them: `external a.Laser { cdsl "other"; convert via process; };`)
         "#]],
     );
 }

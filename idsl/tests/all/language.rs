@@ -161,7 +161,7 @@ fn imports_are_resolved() {
     check_file(
         "import \"/opt/robocomp/interfaces/Nothing.idsl\";\nmodule M { };",
         &expect![[r#"
-            m.idsl:1:8: error[import-not-found]: cannot find `Nothing.idsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            m.idsl:1:8: error[import-not-found]: cannot find `Nothing.idsl`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
         "#]],
     );
     check_file(
@@ -199,7 +199,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
          struct R extends Q { int a; };\nitn z;",
         &expect![[r#"
             m.idsl:2:17: error[syntax-error]: expected `;`, `=` or `[`, found `,`
-            m.idsl:2:26: error[syntax-error]: expected a name, found `[`
+            m.idsl:2:26: error[syntax-error]: expected a name, found `[` (the length follows the name: `int c[3];`)
             m.idsl:2:34: error[syntax-error]: expected a name, found `;`
             m.idsl:2:44: error[syntax-error]: expected a value, found `;`
             m.idsl:2:50: error[syntax-error]: expected a name, found `3`
@@ -586,5 +586,28 @@ fn a_character_that_nobody_sees_is_the_only_error_of_its_declaration() {
             m.idsl:8:19: error[unknown-escape]: unknown escape `\d` (write `\\d` for a backslash; the escapes are `\n`, `\r`, `\t`, `\"`, `\\` and `\u{…}`)
             m.idsl:9:17: error[unknown-time-unit]: unknown unit of time `sec` (write `s` for seconds)
         "#]],
+    );
+}
+
+#[test]
+fn habits_of_other_languages_get_the_way_to_write_it_here() {
+    check(
+        "struct S { float[3] a; int[] b; string s = 'q'; };\n\
+         interface I { bool get(int a, int& b); void f(const string s); void g(in S s); void h(inout S s); };",
+        &expect![[r#"
+            m.idsl:2:17: error[syntax-error]: expected a name, found `[` (the length follows the name: `float a[3];`)
+            m.idsl:2:27: error[syntax-error]: expected a name, found `[` (write `sequence<int> b;`)
+            m.idsl:2:44: error[syntax-error]: expected a value, found `'` (a string has double quotes: `"text"`)
+            m.idsl:3:34: error[syntax-error]: expected a name, found `&` (write `out int NAME` for a result, and `int NAME` for an input)
+            m.idsl:3:60: error[syntax-error]: expected `)` or `,`, found `s` (remove `const`: a parameter without `out` is an input)
+            m.idsl:3:76: error[syntax-error]: expected `)` or `,`, found `s` (remove `in`: a parameter without `out` is an input)
+            m.idsl:3:95: error[syntax-error]: expected `)` or `,`, found `s` (write a parameter for the input, and one with `out` for the result)
+        "#]],
+    );
+    check_file(
+        "# A comment.\nmodule M { };",
+        &expect![[r#"
+        m.idsl:1:1: error[syntax-error]: expected `module`, found `#` (a comment begins with `//`)
+    "#]],
     );
 }

@@ -60,7 +60,7 @@ fn unresolved_and_useless_imports_are_reported() {
         ],
         &expect![[r#"
             c.pdsl:1:8: error[import-not-found]: cannot find `bsu.pdsl`; searched in memory (did you mean `bus.pdsl`?)
-            c.pdsl:2:8: error[import-not-found]: cannot find `nothing`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+            c.pdsl:2:8: error[import-not-found]: cannot find `nothing`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
             c.pdsl:4:8: warning[unused-import]: duplicate import `bus.pdsl`; first imported here at c.pdsl:3:8
             c.pdsl:5:8: warning[unused-import]: `empty.pdsl` declares nothing
             broken.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `ComponentParam`
@@ -108,7 +108,7 @@ fn a_name_in_two_files_is_reported_with_both_locations() {
             c.pdsl:3:2: error[duplicate-name]: duplicate parameter `speed`; first declared here at a.pdsl:3:2
             c.pdsl:4:2: error[duplicate-name]: parameter `Max` differs from `max` only in case; first declared here at a.pdsl:4:2
             c.pdsl:5:2: error[name-collision]: parameters `someName` and `some_name` are both `some_name` in generated code; first declared here at a.pdsl:4:13
-            a.pdsl:2:6: error[unknown-type]: unknown type `speed` (expected one of `bool`, `int`, `long`, `float`, `double`, `string`, `duration`, `path`)
+            a.pdsl:2:6: error[unknown-type]: unknown type `speed` (the name comes first: `speed int`)
             a.pdsl:4:43: error[unknown-parameter]: unknown parameter `Speed` (did you mean `speed`?)
         "#]],
     );

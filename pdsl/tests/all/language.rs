@@ -113,13 +113,13 @@ fn a_syntax_error_does_not_hide_later_errors() {
         "a int 3 TT;\nb int 4\nc string;\nd int 0:5 7;\nrequire a < \"x\";\nrequire a == 1;\nlist m 1 { };\n\
          e int[1] 3;\nf string \"open;\ng int q;\nh string T unit;\n§;\ni int 5;",
         &expect![[r#"
-            c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT`
+            c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT` (a unit follows the default and the range: `unit "TT"`)
             c.pdsl:3:8: error[missing-semicolon]: expected `;`
             c.pdsl:5:11: error[syntax-error]: expected `;` or a flag, found `7`
             c.pdsl:6:16: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:7:15: error[syntax-error]: expected a string or an operator, found `;`
             c.pdsl:8:10: error[syntax-error]: expected `:`, found `{`
-            c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3`
+            c.pdsl:9:10: error[syntax-error]: expected `;`, a flag, a range or choices, found `3` (the length of an array is a range: `e int[1:1]`)
             c.pdsl:10:10: error[syntax-error]: expected `;`, a default, a flag or choices, found `"`
             c.pdsl:11:7: error[bad-default]: `q` cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:12:16: error[syntax-error]: expected a string, found `;`
@@ -216,7 +216,7 @@ fn defaults_fit_their_type_range_and_choices() {
             c.pdsl:8:7: error[default-not-a-choice]: the default 3 is not one of the choices (allowed is an integer of 32 bits, one of 1, 2)
             c.pdsl:9:14: error[bad-default]: the default has length 1; allowed are 2 to 3 elements
             c.pdsl:10:11: error[bad-default]: expected the default of an array in brackets, found the number 1.0
-            c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`)
+            c.pdsl:11:7: error[bad-default]: only an array has a list of values as default (an array is declared with `int[]`, or with the range of its length: `int[3:3]`)
             c.pdsl:12:13: error[default-out-of-range]: the default 200 is outside the range; the range at c.pdsl:12:24 (allowed is from 0 to 127)
             c.pdsl:12:18: error[bad-default]: `true` cannot be the default of `int` (allowed is an integer of 32 bits)
             c.pdsl:13:12: error[bad-default]: the string "soon" cannot be the default of `duration` (allowed is a duration such as "50ms", or a number of milliseconds)
@@ -392,5 +392,28 @@ fn a_file_without_its_last_brace_hides_no_other_error() {
         &expect![[r#"
         c.pdsl:1:18: error[syntax-error]: expected `{`, found the end of the file
     "#]],
+    );
+}
+
+#[test]
+fn habits_of_other_languages_get_the_way_to_write_it_here() {
+    check(
+        "a: float = 0.5;\nb float = 0.5 0:1;\nfloat c 0.5;\nd float 1 [0:3];\ne boolean true;\nf float64 1;\npath g \"x\";\nh duration 5 Hz;\ni float 0.5 0:1 m/s;\nj int 5 kg;\nk float[3] [1, 2, 3];\nl enum {a, b};\nm int 10 Hz;\nn float[3];",
+        &expect![[r#"
+            c.pdsl:2:2: error[syntax-error]: expected a name, found `:` (a declaration has no `:`, as in `a float 0.5;`)
+            c.pdsl:3:9: error[syntax-error]: expected `;`, a default, a flag or choices, found `=` (the default follows the type: `b float VALUE;`)
+            c.pdsl:4:7: error[unknown-type]: unknown type `c` (the name comes first: `c float`)
+            c.pdsl:5:11: error[syntax-error]: expected `;`, a flag or choices, found `[` (a range has no brackets, as in `0:1`)
+            c.pdsl:6:3: error[unknown-type]: unknown type `boolean` (did you mean `bool`?)
+            c.pdsl:7:3: error[unknown-type]: unknown type `float64` (did you mean `double`?)
+            c.pdsl:8:6: error[unknown-type]: unknown type `g` (the name comes first: `g path`)
+            c.pdsl:9:14: error[unknown-time-unit]: unknown unit of time `Hz` (5 Hz is a period of `200ms`)
+            c.pdsl:10:17: error[unknown-time-unit]: unknown unit of time `m` (a unit follows the default and the range: `unit "m/s"`)
+            c.pdsl:11:9: error[syntax-error]: expected `;`, a flag or choices, found `kg` (a unit follows the default and the range: `unit "kg"`)
+            c.pdsl:12:12: error[syntax-error]: expected `;`, a flag or choices, found `[` (the length of an array is a range: `k float[3:3]`)
+            c.pdsl:13:3: error[unknown-type]: unknown type `enum` (did you mean `string`?)
+            c.pdsl:14:10: error[unknown-time-unit]: unknown unit of time `Hz` (a unit follows the default and the range: `unit "Hz"`)
+            c.pdsl:15:8: error[bad-default]: only an array has a list of values as default (an array is declared with `float[]`, or with the range of its length: `float[3:3]`)
+        "#]],
     );
 }

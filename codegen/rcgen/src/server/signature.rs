@@ -45,7 +45,7 @@ pub(super) fn signature(
     let (wanted, about) = match arrow {
         None => (
             None,
-            "The slot that requires or subscribesTo an interface.".to_owned(),
+            "The slot that requires an interface or subscribes to it.".to_owned(),
         ),
         Some(_) => match consumer_of(files, path, &prefix, &consumer) {
             None => (

@@ -67,9 +67,9 @@ fn an_index_says_who_offers_and_needs_what() {
             requires: mind
 
         broken:
-            ./torn/torn.cdsl:1:8: error[import-not-found]: cannot find `Grop.idsl`; searched in ./torn, interfaces, interfaces, the interfaces that come with rcgen (did you mean `Grip.idsl`?)
+            ./torn/torn.cdsl:1:8: error[import-not-found]: cannot find `Grop.idsl`; searched in ./torn, interfaces, the interfaces that come with rcgen (did you mean `Grip.idsl`?)
 
-        3 components, 2 interfaces, 1 faults
+        3 components, 2 interfaces, 1 fault
     "]].assert_eq(&out);
     let html = ["index", ".", "-I", "interfaces", "-o", "index.html"];
     let (code, out, err) = rcgen(folder.path(), &html);

@@ -314,7 +314,7 @@ fn an_adaptor_brings_converted_poses_to_ros() {
     let refused = site.rcdeploy(&["check", "--profile", "dev"], true);
     assert_ne!(refused.code, 0, "{refused:?}");
     let said = format!("{}{}", refused.stdout, refused.stderr);
-    let help = "a process can stand between them: `bind listener.ros -> simulator.FullPoseEstimationPub { convert via process; };`";
+    let help = "give both ends one middleware, or let a process stand between them: `bind listener.ros -> simulator.FullPoseEstimationPub { convert via process; };`";
     assert!(said.contains(help), "{said}");
 
     site.write("patrol.ddsl", &text);

@@ -245,7 +245,7 @@ fn syntax_errors_are_findings() {
     let (schema, found) = loaded("import \"nothing.gdsl\";\nDomain a { };");
     assert!(schema.is_some());
     expect![[r#"
-        a.gdsl:1:8: error[import-not-found]: cannot find `nothing.gdsl`; searched in memory (pass its folder with `-I DIR`, or move the file next to this one)
+        a.gdsl:1:8: error[import-not-found]: cannot find `nothing.gdsl`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
     "#]].assert_eq(&found);
     let (schema, found) = loaded("");
     assert!(schema.is_none());

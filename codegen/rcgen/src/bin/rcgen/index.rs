@@ -122,12 +122,16 @@ fn text(index: &Index) -> String {
             let _ = writeln!(out, "    {fault}");
         });
     }
-    let (components, interfaces) = (index.components.len(), index.interfaces.len());
-    let _ = writeln!(
-        out,
-        "\n{components} components, {interfaces} interfaces, {} faults",
-        faults.len()
-    );
+    let counts = [
+        (index.components.len(), "component"),
+        (index.interfaces.len(), "interface"),
+        (faults.len(), "fault"),
+    ];
+    let counts = counts.map(|(count, what)| match count {
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    });
+    let _ = writeln!(out, "\n{}", counts.join(", "));
     out
 }
 
