@@ -60,6 +60,19 @@ pub fn workspace(folder: &Path) -> Result<Workspace, Error> {
 /// Programs next to those of components in a shared target folder, and in the PATH.
 const TOOLS: [&str; 4] = ["rcgen", "rcview", "rcfoxglove", "rcforward"];
 
+/// The component of the framework with this name, if the workspace builds into the framework's
+/// target folder. Either would replace the program of the other.
+fn beside_shared_target(root: &Path, name: &str) -> Option<PathBuf> {
+    let settings = rc_files::read(&root.join(".cargo/config.toml")).ok()?;
+    let settings: toml_edit::DocumentMut = settings.parse().ok()?;
+    let target = settings.get("build")?.get("target-dir")?.as_str()?;
+    let target = paths::normal(&root.join(target));
+    let around = target.parent().filter(|around| *around != root)?;
+    let component = around.join("components").join(name);
+    let is_component = component.join(format!("{name}.cdsl")).is_file();
+    is_component.then_some(component)
+}
+
 impl NewComponent {
     /// Folder, from the root of the workspace.
     pub fn folder(&self) -> PathBuf {
@@ -80,6 +93,12 @@ impl NewComponent {
         }
         if TOOLS.contains(&name.as_str()) {
             return Err(cannot("a program of RoboComp has this name"));
+        }
+        if let Some(other) = beside_shared_target(workspace.root(), name) {
+            return Err(cannot(&format!(
+                "{} has this name, and its program is in the same target folder",
+                other.display()
+            )));
         }
         let folder = self.folder();
         let there = workspace.root().join(&folder);

@@ -129,9 +129,13 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
         "# {network}\n\n\
          Components of a robot. They need Linux, cargo, a C compiler, and the tools `rcgen` and `rcdeploy`.\n\n\
          ```\n\
-         rcgen new guard --requires Laser                  # makes a component in components/guard\n\
-         rcgen generate                                    # generates all components after a change of their descriptions\n\
-         rcdeploy up --build deployments/{network}.ddsl    # builds the network and runs it; Ctrl-C stops it\n\
+         # makes a component in components/guard\n\
+         rcgen new guard --requires Laser\n\
+         # checks all files, and generates all components after a change of their descriptions\n\
+         rcgen check\n\
+         rcgen generate\n\
+         # builds the network and runs it; Ctrl-C stops it\n\
+         rcdeploy up --build deployments/{network}.ddsl\n\
          ```\n\n\
          | folder | holds |\n|---|---|\n\
          | `components` | one folder for each component: its description (`.cdsl`, `.pdsl`), its worker in `src/` |\n\
@@ -140,9 +144,8 @@ pub fn init(network: &str, framework: &Framework) -> Result<Files, interface_cra
          `rcgen` writes the folders `generated`. Commit them, or run `rcgen generate` after a checkout.\n"
     );
     let first = format!(
-        "// A network. For each component that runs in it:\n\
-         //     Component guard {{ cdsl \"../components/guard/guard.cdsl\"; }};\n\n\
-         Deployment {network}\n{{\n    middleware iceoryx2;\n}};\n"
+        "// A network: a line for each component that runs in it.\n\n\
+         Deployment {network}\n{{\n    // Component guard {{ cdsl \"../components/guard/guard.cdsl\"; }};\n}};\n"
     );
     files.add("Cargo.toml", Owner::Specific, manifest);
     files.add("README.md", Owner::Specific, readme);

@@ -113,8 +113,8 @@ fn compile(folder: &Path) -> io::Result<Vec<String>> {
     let path = folder.join("build/compile_commands.json");
     let text = std::fs::read_to_string(&path).map_err(|error| {
         io::Error::other(format!(
-            "cannot read {}: {error}; the flags of the compiler are in it: build the component once, with \
-             `rcdeploy up --build` of a network that has it",
+            "build the component once, with `rcdeploy up --build` of a network that has it: \
+             the flags of the compiler are in {}, which cannot be read: {error}",
             path.display()
         ))
     })?;

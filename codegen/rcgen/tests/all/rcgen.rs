@@ -365,6 +365,34 @@ fn a_folder_is_checked_recursively() {
     assert!(err.contains("error[nothing-to-check]"), "{err}");
 }
 
+#[test]
+fn without_a_file_the_workspace_is_checked_and_formatted() {
+    let outside = tempfile::tempdir().expect("a folder");
+    let (code, _, err) = rcgen(outside.path(), &["check"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("this folder is in no workspace"), "{err}");
+    let workspace = outside.path().join("robot");
+    let (code, _, err) = rcgen(outside.path(), &["init", "robot"]);
+    assert_eq!(code, 0, "{err}");
+    let file = workspace.join("interfaces/A.idsl");
+    std::fs::write(&file, "module A { struct S { itn x } };").expect("a file");
+    let below = workspace.join("components");
+    let (code, _, err) = rcgen(&below, &["check", "--format", "short"]);
+    assert_eq!(code, 1);
+    assert!(
+        err.contains("interfaces/A.idsl:1:23: error[unknown-type]: unknown type `itn`"),
+        "{err}"
+    );
+    let (code, _, err) = rcgen(&below, &["fix", "--likely"]);
+    assert_eq!(code, 0, "{err}");
+    let (code, _, err) = rcgen(&below, &["check"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let (code, _, err) = rcgen(&below, &["fmt"]);
+    assert_eq!(code, 0, "{err}");
+    let text = std::fs::read_to_string(file).expect("a text");
+    assert!(text.contains("        int x;\n"), "{text}");
+}
+
 /// A component with parameters in two files and a rule across both.
 #[test]
 fn imported_parameters_are_part_of_the_component() {

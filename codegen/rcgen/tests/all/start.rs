@@ -107,6 +107,13 @@ fn a_workspace_that_builds_into_the_target_folder_of_the_framework() {
     // A package that a workspace does not have is a warning in its manifest.
     let manifest = read(&robot.join("Cargo.toml"));
     assert_eq!(manifest.matches("[profile.").count(), 1, "{manifest}");
+    // Their programs are beside those of the components of the framework.
+    let (code, _, err) = rcgen(&robot, &["new", "planner", "--language", "python"]);
+    assert_eq!(code, 2, "{err}");
+    let other = root.join("components/planner");
+    let wanted = format!("cannot be called `planner`: {} has", other.display());
+    assert!(err.contains(&wanted), "{err}");
+    succeeds(&robot, &["new", "my_planner"]);
 }
 
 #[test]
@@ -128,6 +135,8 @@ fn a_component_from_any_folder_of_the_workspace() {
         out.starts_with("create ../components/guard/guard.cdsl\n"),
         "{out}"
     );
+    let network = "in a network: Component guard { cdsl \"../components/guard/guard.cdsl\"; };\n";
+    assert!(out.ends_with(network), "{out}");
     assert_eq!(
         read(&robot.join("components/guard/guard.cdsl")),
         "import \"Laser.idsl\";\nimport \"DifferentialRobot.idsl\";\nimport \"LaserPub.idsl\";\n\n\
@@ -295,7 +304,7 @@ fn a_workspace_that_names_its_members() {
     let listed = manifest.replace("\"components/*\", \"components/*/generated\", ", "");
     write(&robot.join("Cargo.toml"), &listed);
     let out = succeeds(&robot, &["new", "guard"]);
-    assert!(out.ends_with("update Cargo.toml\n"), "{out}");
+    assert!(out.contains("\nupdate Cargo.toml\nin a network: "), "{out}");
     let wanted = "members = [\"interfaces/generated\", \"components/guard\"]\n";
     assert!(read(&robot.join("Cargo.toml")).contains(wanted));
     // Folders in which imports are looked for, too.

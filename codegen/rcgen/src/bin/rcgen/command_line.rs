@@ -92,8 +92,8 @@ pub(crate) enum Command {
     Check {
         /// .idsl, .cdsl, .pdsl, .smdsl, .scxml, .ddsl, .gdsl, .dproto, .kdsl, .ilk, .urdf, .graph files,
         /// .json files of DSR, .xml files of InnerModel, .toml files in a component's etc/, and
-        /// folders with any of them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
+        /// folders with any of them [default: the workspace of the current folder].
+        #[arg(add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Accepts files as RoboComp does: an operation that returns a value is allowed under
         /// subscribesTo, with a warning. Generating code for it is still refused.
@@ -107,8 +107,8 @@ pub(crate) enum Command {
     },
     /// Fixes files, and checks them again: does what can only be meant, such as a missing `;`.
     Fix {
-        /// Files and folders, as `check` takes them.
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
+        /// Files and folders, as `check` takes them [default: the workspace of the current folder].
+        #[arg(add = files(&["idsl", "cdsl", "pdsl", "smdsl", "scxml", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "urdf", "graph", "json", "xml", "toml"]))]
         files: Vec<PathBuf>,
         /// Also takes near names, and adds missing imports and connections.
         #[arg(long)]
@@ -126,8 +126,9 @@ pub(crate) enum Command {
     /// Formats description files, graphs and InnerModel files. Comments stay; a file with a syntax
     /// error stays as it is.
     Fmt {
-        /// Files, and folders that hold them (`target` and `generated` are left out).
-        #[arg(required = true, add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "graph", "xml"]))]
+        /// Files, and folders that hold them (`target` and `generated` are left out) [default: the
+        /// workspace of the current folder].
+        #[arg(add = files(&["idsl", "cdsl", "pdsl", "smdsl", "ddsl", "gdsl", "dproto", "kdsl", "ilk", "graph", "xml"]))]
         files: Vec<PathBuf>,
         /// Lists the files that are not formatted, exits with 1 if there is one, and writes
         /// nothing.

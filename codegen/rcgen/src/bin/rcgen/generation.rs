@@ -74,7 +74,7 @@ pub(crate) fn here_or(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>, Failure> {
     let here = paths::absolute(Path::new(".")).map_err(system)?;
     let Some(workspace) = Workspace::of(&here).map_err(manifest)? else {
         return Err(Failure::Usage(
-            "this folder is in no workspace; name a .cdsl file or a folder, or make a workspace with `rcgen init FOLDER`"
+            "this folder is in no workspace; name a file or a folder, or make a workspace with `rcgen init FOLDER`"
                 .to_owned(),
         ));
     };

@@ -97,12 +97,10 @@ fn main() -> ExitCode {
             robocomp,
             fix,
             common,
-        }) => checks::check(
-            &files,
-            robocomp,
-            fix.then_some(FixSelection::Certain),
-            &common,
-        ),
+        }) => generation::here_or(files).and_then(|files| {
+            let fix = fix.then_some(FixSelection::Certain);
+            checks::check(&files, robocomp, fix, &common)
+        }),
         Some(Command::Fix {
             files,
             likely,
@@ -113,7 +111,8 @@ fn main() -> ExitCode {
             } else {
                 FixSelection::Certain
             };
-            checks::check(&files, false, Some(which), &common)
+            generation::here_or(files)
+                .and_then(|files| checks::check(&files, false, Some(which), &common))
         }
         Some(Command::Lsp { include }) => match rcgen::server::run(&include) {
             Ok(true) => Ok(()),
@@ -125,7 +124,7 @@ fn main() -> ExitCode {
             files,
             check,
             format,
-        }) => checks::fmt(&files, check, format),
+        }) => generation::here_or(files).and_then(|files| checks::fmt(&files, check, format)),
         Some(Command::Config {
             update: _,
             file,

@@ -105,6 +105,10 @@ pub(crate) fn new(args: New) -> Result<(), Failure> {
             tell(format_args!("{line}"));
         }
     }
+    let name = &wanted.name;
+    print_line(format_args!(
+        "in a network: Component {name} {{ cdsl \"../components/{name}/{name}.cdsl\"; }};"
+    ));
     Ok(())
 }
 
