@@ -21,7 +21,8 @@ impl fmt::Display for Unprintable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "the solver `{}` has {}: ILK has poses and Jacobians along the axes of their base, of joints that follow no other one",
+            "the solver `{}` has {}: ILK has poses and Jacobians along the axes of their base, velocities and accelerations \
+            along those of their frame, of joints that follow no other one",
             self.solver, self.what
         )
     }
@@ -32,7 +33,7 @@ impl std::error::Error for Unprintable {}
 /// All solvers, by the names of their files, and the constants of the robot.
 ///
 /// # Errors
-/// A solver has something else than poses and Jacobians.
+/// A solver has something else than motions of frames, or along axes that ILK does not have.
 pub fn print(cell: &Cell) -> Result<Vec<(String, String)>, Unprintable> {
     let mut constants = BTreeMap::new();
     let mut files = Vec::new();
@@ -88,8 +89,14 @@ struct Printer<'c> {
     operations: Vec<String>,
     made: BTreeSet<String>,
     jacobians: Vec<String>,
+    /// Velocities that joints give, by names, with what their entries have.
+    twists: BTreeMap<String, String>,
+    rates: BTreeMap<String, String>,
     outputs: Vec<String>,
 }
+
+/// The joint of frames that nothing moves in each other.
+const RIGID: &str = "rigid";
 
 /// The rotation whose z axis is this one.
 fn with_z(axis: [f64; 3]) -> Matrix {
@@ -118,6 +125,8 @@ impl<'c> Printer<'c> {
             operations: Vec::new(),
             made: BTreeSet::new(),
             jacobians: Vec::new(),
+            twists: BTreeMap::new(),
+            rates: BTreeMap::new(),
             outputs: Vec::new(),
         }
     }
@@ -280,24 +289,148 @@ impl<'c> Printer<'c> {
         whole
     }
 
+    /// Composes the velocity of the tip in its base, and its acceleration if it is asked for. Returns the name of both frames.
+    fn motion(&mut self, steps: &[Step<'c>], has_rates: bool) -> String {
+        let Some(base) = steps.first().map(|step| step.frames[0].clone()) else {
+            return String::new();
+        };
+        // The frame whose motion is known, and where the next one is in it.
+        let (mut known, mut way) = (base.clone(), Transform::IDENTITY);
+        let mut at = base.clone();
+        for step in steps {
+            let joint = step.joint;
+            let [_, first, second, to] = &step.frames;
+            let turn = Transform {
+                rotation: with_z(joint.axis),
+                translation: [0.0; 3],
+            };
+            let placed = joint.place.then(&turn);
+            at.clone_from(to);
+            if joint.motion == Motion::Fixed {
+                let place = if step.is_back {
+                    joint.place.inverse()
+                } else {
+                    joint.place
+                };
+                way = way.then(&place);
+                continue;
+            }
+            let (before, after) = if step.is_back {
+                (turn, placed.inverse())
+            } else {
+                (placed, turn.inverse())
+            };
+            let own = self.constant(&known, first, way.then(&before).inverse());
+            let back = format!("{first}__{second}");
+            self.moving.insert(back.clone(), (joint, !step.is_back));
+            let pose = format!("{known}__{second}");
+            self.composed(&own, &back, &pose);
+            let [name, _] = self.joint(joint);
+            if step.is_back {
+                // What the joint is fixed to moves in what it moves: along the axes of the former.
+                let frame = self.constant(second, to, after.inverse());
+                let whole = format!("{known}__{to}");
+                self.composed(&pose, &frame, &whole);
+                let entry = format!("joint='{name}', polarity=-1, ctransform='{frame}'");
+                self.moved(&entry, [to, first, &known, &base], has_rates);
+                (known, way) = (to.clone(), Transform::IDENTITY);
+            } else {
+                let entry = format!("joint='{name}', polarity=1");
+                self.moved(&entry, [second, first, &known, &base], has_rates);
+                (known, way) = (second.clone(), after);
+            }
+        }
+        if known != at {
+            self.constant(&known, &at, way.inverse());
+            let entry = format!("joint='{RIGID}', polarity=1");
+            self.moved(&entry, [&at, &known, &known, &base], has_rates);
+        }
+        format!("{at}__{base}")
+    }
+
+    /// A constant pose. Returns its name.
+    fn constant(&mut self, target: &str, reference: &str, pose: Transform) -> String {
+        let name = format!("{target}__{reference}");
+        self.constants.insert(name.clone(), pose);
+        name
+    }
+
+    fn composed(&mut self, one: &str, other: &str, whole: &str) {
+        if self.made.insert(whole.to_owned()) {
+            self.operations.push(format!(
+                "{{ op='pose-compose', arg1='{one}', arg2='{other}', res='{whole}' }}"
+            ));
+        }
+    }
+
+    /// Goes on to a frame that a joint moves in `within`, which is fixed in the frame `known`.
+    fn moved(&mut self, entry: &str, [frame, within, known, base]: [&str; 4], has_rates: bool) {
+        // In the base, what the joint gives is the whole.
+        let is_first = known == base;
+        let within = if is_first { base } else { within };
+        let own = format!("{frame}__{within}");
+        let (before, whole) = (format!("{known}__{base}"), format!("{frame}__{base}"));
+        let pose = format!("{known}__{frame}");
+        for (is_rate, letter, word) in [(false, "v", "vel"), (true, "a", "acc")] {
+            if is_rate && !has_rates {
+                continue;
+            }
+            let entries = if is_rate {
+                &mut self.rates
+            } else {
+                &mut self.twists
+            };
+            entries.insert(format!("{letter}__{own}"), entry.to_owned());
+            if self.made.insert(format!("{letter}__{own}")) {
+                self.operations.push(format!(
+                    "{{ op='joint-{word}-twist', arg='{letter}__{own}' }}"
+                ));
+            }
+            if is_first || !self.made.insert(format!("{letter}__{whole}")) {
+                continue;
+            }
+            let places = if is_rate {
+                format!("ctransform='{pose}', velocity='v__{whole}'")
+            } else {
+                format!("pose='{pose}'")
+            };
+            self.operations.push(format!(
+                "{{ op='{word}-compose', arg1='{letter}__{own}', arg2='{letter}__{before}', {places}, res='{letter}__{whole}' }}"
+            ));
+        }
+    }
+
     fn solver(&mut self, solver: &Solver) -> Result<(), String> {
         for output in &solver.outputs {
-            let Some(
-                asked @ Asked {
-                    what: MotionPart::Pose | MotionPart::Jacobian,
-                    expressed: None,
-                    ..
-                },
-            ) = &output.asked
-            else {
-                return Err(format!("`{}`", output.name));
+            let unknown = || format!("`{}`", output.name);
+            let asked: &Asked = output.asked.as_ref().ok_or_else(unknown)?;
+            let is_motion = matches!(asked.what, MotionPart::Velocity | MotionPart::Acceleration);
+            let has_axes = match asked.expressed {
+                None => true,
+                Some(frame) => is_motion && frame == asked.tip,
             };
-            let steps = self.steps(asked.base, asked.tip)?;
-            let (pose, axes) = self.compose(&steps);
-            let place = self.outputs.len() + 1;
-            if axes.is_empty() {
-                return Err(format!("`{}`, which is constant,", output.name));
+            if asked.what == MotionPart::Quaternion || !has_axes {
+                return Err(unknown());
             }
+            let steps = self.steps(asked.base, asked.tip)?;
+            let place = self.outputs.len() + 1;
+            if steps.iter().all(|step| step.joint.motion == Motion::Fixed) {
+                return Err(format!("{}, which is constant,", unknown()));
+            }
+            if is_motion {
+                let is_rate = asked.what == MotionPart::Acceleration;
+                let frames = self.motion(&steps, is_rate);
+                let (letter, kind) = if is_rate {
+                    ("a", "acceleration")
+                } else {
+                    ("v", "velocity")
+                };
+                self.outputs.push(format!(
+                    "{letter}__{frames} = {{ otype='{kind}', usersort={place} }}"
+                ));
+                continue;
+            }
+            let (pose, axes) = self.compose(&steps);
             if asked.what == MotionPart::Pose {
                 self.outputs
                     .push(format!("{pose} = {{ otype='pose', usersort={place} }}"));
@@ -337,6 +470,17 @@ impl<'c> Printer<'c> {
             let [name, _] = self.joint(joint);
             joints.push(format!("{name} = {{ kind='{kind}', coordinate={at} }}"));
         }
+        let entries = |all: &BTreeMap<String, String>| {
+            let all = all
+                .iter()
+                .map(|(name, entry)| format!("{name} = {{ {entry} }}"));
+            all.collect::<Vec<String>>()
+        };
+        let (twists, rates) = (entries(&self.twists), entries(&self.rates));
+        let rigid = format!("joint='{RIGID}'");
+        if self.twists.values().any(|entry| entry.starts_with(&rigid)) {
+            joints.push(format!("{RIGID} = {{ kind='fixed' }}"));
+        }
         let constant = self.constants.keys().map(|name| format!("{name} = {{}}"));
         let constant: Vec<String> = constant.collect();
         let moving: Vec<(String, &Joint, bool)> = self
@@ -360,13 +504,15 @@ impl<'c> Printer<'c> {
         format!(
             "return {{\n    solverid = '{}',\n    solver_type = 'forward',\n    robot_name = '{}',\n    joint_space_size = {},\n    \
             joints = {{\n{}    }},\n    poses = {{\n        constant = {{\n{}        }},\n        joint = {{\n{}        }}\n    }},\n    \
-            joint_vel_twists = {{\n    }},\n    ops = {{\n{}    }},\n    outputs = {{\n{}    }}\n}}\n",
+            joint_vel_twists = {{\n{}    }},\n    joint_acc_twists = {{\n{}    }},\n    ops = {{\n{}    }},\n    outputs = {{\n{}    }}\n}}\n",
             solver.name,
             identifier(&robot.name),
             robot.coordinates.len(),
             list(&joints, 8),
             list(&constant, 12),
             list(&moving, 12),
+            list(&twists, 8),
+            list(&rates, 8),
             list(&operations, 8),
             list(&self.outputs, 8),
         )

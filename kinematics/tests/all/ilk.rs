@@ -5,6 +5,9 @@ use rc_diagnostics::{Format, SourceMap, render};
 use rc_kinematics::{Cell, ilk};
 use rc_robot::State;
 use rc_syntax::MemoryLoader;
+use serde_json::json;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
 
 /// A joint that turns on a base, one that slides on it, and what a camera on the base sees of it, as `ilk-generator` writes them.
 const SOLVER: &str = "-- A forward solver.
@@ -66,7 +69,8 @@ fn read(solver: &str, constants: &str) -> (Option<Cell>, String) {
 fn near(found: &[f64], wanted: &[f64]) {
     assert_eq!(found.len(), wanted.len(), "{found:?} {wanted:?}");
     for (one, other) in found.iter().zip(wanted) {
-        assert!((one - other).abs() < 1e-12, "{found:?} {wanted:?}");
+        let most = 1e-12 * (1.0 + other.abs().max(10.0));
+        assert!((one - other).abs() < most, "{found:?} {wanted:?}");
     }
 }
 
@@ -165,12 +169,183 @@ fn printed_models_have_the_numbers_of_their_solvers() {
     );
 }
 
+/// The model as older versions write it: without a list of joints.
+#[test]
+fn older_models_are_read() {
+    let mut text = SOLVER.to_owned();
+    for (from, to) in [
+        (
+            "joints = { turn = { kind='revolute', coordinate=0 }, ['reach'] = { kind='prismatic', coordinate=1 } },",
+            "",
+        ),
+        ("{ joint='turn', dir", "{ jtype='revolute', input=0, dir"),
+        ("{ joint='reach', dir", "{ jtype='prismatic', input=1, dir"),
+        ("joint_vel_twists", "joint_velocities"),
+        ("joint-vel-twist", "joint-vel"),
+        (
+            "{ joint='turn', polarity",
+            "{ jtype='revolute', index=0, polarity",
+        ),
+        (
+            "{ joint='reach', polarity",
+            "{ jtype='prismatic', index=1, polarity",
+        ),
+        (
+            "op='GJac-col', joint='turn'",
+            "op='GJac-col', jtype='revolute'",
+        ),
+        (
+            "op='GJac-col', joint='reach'",
+            "op='GJac-col', jtype='prismatic'",
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let (older, found) = read(&text, CONSTANTS);
+    assert_eq!(found, "");
+    let (cell, _) = read(SOLVER, CONSTANTS);
+    let (older, cell) = (older.expect("a cell"), cell.expect("a cell"));
+    assert_eq!(older.robot.coordinates, ["joint_0", "joint_1"]);
+    assert_eq!(older.solvers[0].program, cell.solvers[0].program);
+}
+
+/// A velocity and an acceleration as ILK has them: along the axes of the frame, the angular part first, and the acceleration
+/// without ω × v.
+fn in_ilk(velocity: &[f64], acceleration: &[f64]) -> [Vec<f64>; 2] {
+    let [v, spin] = [&velocity[..3], &velocity[3..]];
+    let across =
+        |at: usize| spin[(at + 1) % 3] * v[(at + 2) % 3] - spin[(at + 2) % 3] * v[(at + 1) % 3];
+    let linear = (0..3).map(|at| acceleration[at] - across(at));
+    let angular = acceleration[3..].iter().copied();
+    [[spin, v].concat(), angular.chain(linear).collect()]
+}
+
+/// Velocities and accelerations are those of our own solvers, which are those of Pinocchio; away from the base, towards it, and
+/// over both ways.
+#[test]
+fn printed_models_have_velocities_and_accelerations() {
+    let (left, right) = (ARM, ARM);
+    let mut text = String::from(
+        "import \"left.urdf\" as left; import \"right.urdf\" as right; Kinematics cell {
+        fixed right.base in left.base at 0.2, 800 mm, 0.1 rpy 0.1, 0, 2;",
+    );
+    let pairs = [
+        ("left.wrist", "left.base"),
+        ("left.base", "\"left.tool-0\""),
+        ("left.slide", "left.wrist"),
+        ("\"left.tool-0\"", "right.wrist"),
+    ];
+    for (at, (tip, base)) in pairs.iter().enumerate() {
+        let what = format!("{tip} in {base}");
+        text += &format!(
+            "solver s{at} {{ acceleration {what}; velocity {what} expressed in {tip}; pose {what}; }};"
+        );
+        text += &format!(
+            "solver own{at} {{ velocity {what} expressed in {tip}; acceleration {what} expressed in {tip}; }};"
+        );
+    }
+    let robots = [("left.urdf", left), ("right.urdf", right)];
+    let (cell, found) = crate::load_beside(&(text + "};"), &robots);
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    let files = ilk::print(&cell).expect("motions");
+    let constants = &files.last().expect("constants").1;
+    let mut random = fastrand::Rng::with_seed(44);
+    let count = cell.robot.coordinates.len();
+    for (solver, (name, text)) in files[..files.len() - 1].iter().enumerate().step_by(2) {
+        let (again, found) = read(text, constants);
+        assert_eq!(found, "", "{name}: {text}");
+        let again = again.expect("a cell");
+        assert!(again.solvers[0].takes_accelerations, "{text}");
+        for _ in 0..20 {
+            let mut some =
+                || -> Vec<f64> { (0..count).map(|_| random.f64() * 4.0 - 2.0).collect() };
+            let state = State {
+                positions: some(),
+                velocities: some(),
+                accelerations: some(),
+            };
+            let run = |solver: &rc_kinematics::Solver| {
+                let efforts = vec![0.0; count];
+                solver.run(&state, &efforts, &[]).expect("its joints")
+            };
+            let own = run(&cell.solvers[solver + 1]);
+            let found = run(&again.solvers[0]);
+            let [velocity, acceleration] = in_ilk(&own[..6], &own[6..]);
+            near(&found[..6], &acceleration);
+            near(&found[6..12], &velocity);
+            near(&found[12..], &run(&cell.solvers[solver])[12..]);
+        }
+        // Printed code takes what it needs.
+        let c = rc_kinematics::c(&again);
+        assert!(
+            c.contains("velocities[") && c.contains("accelerations["),
+            "{c}"
+        );
+        assert_eq!(laid_out(text).as_ref(), Ok(text));
+    }
+}
+
+/// The same numbers as those of Pinocchio, whose vectors of a frame are along its own axes, too.
+#[test]
+fn motions_in_ilk_are_those_of_pinocchio() {
+    let test = "motions_in_ilk_are_those_of_pinocchio";
+    let packages = rc_test_support::python::packages;
+    let Some(python) = packages("pinocchio", "pin==4.1.0\n", test) else {
+        return;
+    };
+    let robot = include_str!("../../examples/six.urdf");
+    let text = "import \"arm.urdf\"; Kinematics cell { solver s { acceleration tool in base; velocity tool in base; }; };";
+    let (cell, found) = crate::load_with(text, robot);
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    let files = ilk::print(&cell).expect("motions");
+    let (again, found) = read(&files[0].1, &files[1].1);
+    assert_eq!(found, "");
+    let again = again.expect("a cell");
+    let mut random = fastrand::Rng::with_seed(7);
+    let states: Vec<[Vec<f64>; 3]> = (0..50)
+        .map(|_| [(); 3].map(|()| (0..6).map(|_| random.f64() * 4.0 - 2.0).collect()))
+        .collect();
+    let input = json!({
+        "urdf": robot, "frame": "tool", "coordinates": cell.robot.coordinates, "states": states,
+    });
+    let mut child = Command::new(python)
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/spatial.py"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python");
+    let mut pipe = child.stdin.take().expect("its input");
+    pipe.write_all(input.to_string().as_bytes())
+        .expect("written");
+    drop(pipe);
+    let output = child.wait_with_output().expect("python");
+    assert!(output.status.success(), "the script failed");
+    let theirs: Vec<Vec<f64>> = serde_json::from_slice(&output.stdout).expect("numbers");
+    for ([positions, velocities, accelerations], theirs) in states.into_iter().zip(theirs) {
+        let state = State {
+            positions,
+            velocities,
+            accelerations,
+        };
+        let own = again.solvers[0].run(&state, &[0.0; 6], &[]);
+        near(&own.expect("its joints"), &theirs);
+    }
+}
+
 #[test]
 fn solvers_that_ilk_has_no_words_for_are_told() {
     for (outputs, what) in [
         ("efforts;", "`efforts`"),
         ("pose wrist in base as quaternion;", "quaternion"),
         ("jacobian wrist in base expressed in wrist;", "expressed"),
+        (
+            "acceleration wrist in base expressed in shoulder;",
+            "expressed",
+        ),
+        ("velocity base in base;", "constant"),
         ("pose base in base;", "constant"),
         ("pose finger in base;", "follows another one"),
     ] {
@@ -202,8 +377,23 @@ fn wrong_models_are_told_at_their_places() {
         ),
         (
             "op='joint-vel-twist'",
-            "op='joint-acc-twist'",
+            "op='joint-spin-twist'",
             "is not read",
+        ),
+        (
+            "op='joint-vel-twist'",
+            "op='joint-acc-twist'",
+            "no acceleration `v__mast__base` is known",
+        ),
+        (
+            "kind='revolute', coordinate",
+            "kind='revolute', place",
+            "`coordinate` is missing",
+        ),
+        (
+            "{ joint='turn', polarity=1 }",
+            "{ jtype='revolute', index=7 }",
+            "there are 2 joints",
         ),
         ("kind='prismatic'", "kind='helical'", "expected `revolute`"),
         (

@@ -4,7 +4,7 @@ use super::{Item, KEYWORD, VALUE, VARIABLE};
 use rc_kinematics::ilk::OPERATIONS;
 
 /// Fields of a model and of its tables, with their meanings.
-const FIELDS: [(&str, &str); 29] = [
+const FIELDS: [(&str, &str); 31] = [
     ("solverid", "The name of the solver."),
     ("solver_type", "Only `forward` is read."),
     ("robot_name", "The name of the robot."),
@@ -29,18 +29,20 @@ const FIELDS: [(&str, &str); 29] = [
     ),
     ("dir", "The frame of a joint in the other one."),
     ("joint_vel_twists", "Velocities that joints give."),
+    ("joint_acc_twists", "Accelerations that joints give."),
     ("polarity", "1, or -1 for the way back."),
     (
         "ctransform",
-        "The pose through which a velocity with the polarity -1 is seen.",
+        "The pose through which an acceleration, or a joint with the polarity -1, is seen.",
     ),
     ("ops", "The operations, in their order."),
     ("op", "The operation."),
-    ("arg", "The velocity of a joint."),
+    ("arg", "The velocity or acceleration of a joint."),
     ("arg1", "The first operand."),
     ("arg2", "The second operand."),
     ("res", "The name of the result."),
     ("pose", "A pose."),
+    ("velocity", "The velocity of the frame of a result."),
     ("name", "The name of a Jacobian."),
     ("columns", "The columns of a Jacobian."),
     ("jac", "The Jacobian of a column."),
@@ -57,6 +59,7 @@ fn values(field: &str) -> &'static [(&'static str, &'static str)] {
         "otype" => &[
             ("pose", "Where a frame is in another one."),
             ("velocity", "How fast a frame moves in another one."),
+            ("acceleration", "How its velocity changes."),
             ("jacobian", "How velocities of joints move a frame."),
         ],
         "kind" => &[
@@ -71,7 +74,7 @@ fn values(field: &str) -> &'static [(&'static str, &'static str)] {
             ),
             ("b_x_a", "The frame of the joint, in that which it moves."),
         ],
-        "solver_type" => &[("forward", "Poses, velocities and Jacobians of frames.")],
+        "solver_type" => &[("forward", "Poses, motions and Jacobians of frames.")],
         _ => &[],
     }
 }
@@ -123,7 +126,7 @@ pub(super) fn in_ilk(text: &str, cursor: usize) -> Option<(usize, Vec<Item>)> {
     let field = field.rsplit(|c| !is_word(c)).next()?;
     let items = match field {
         "joint" => names(text, true),
-        "arg" | "arg1" | "arg2" | "pose" | "joint_pose" | "ctransform" | "jac" => {
+        "arg" | "arg1" | "arg2" | "pose" | "velocity" | "joint_pose" | "ctransform" | "jac" => {
             names(text, false)
         }
         _ => table(values(field), VALUE),
