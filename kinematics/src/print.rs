@@ -14,6 +14,9 @@ use crate::names::{ARRAYS, type_name};
 use rc_formula::{c as in_c, python as in_python, results, rust as in_rust};
 use std::fmt::Write;
 
+/// How long a line of numbers may be.
+const LINE: usize = 90;
+
 /// The name of an array and the place in it, for a place of the input.
 fn input(cell: &Cell, solver: &Solver, at: usize) -> String {
     let count = cell.robot.coordinates.len();
@@ -308,12 +311,22 @@ fn c_of(cell: &Cell) -> String {
                 "    {{\n        double {place} = result->{};",
                 output.name
             );
+            let mut line = String::new();
             for (at, number) in numbers.iter().enumerate() {
-                let place = match output.shape {
-                    Shape::Vector(_) => format!("[{at}]"),
-                    Shape::Matrix(_, columns) => format!("[{}][{}]", at / columns, at % columns),
+                let own = match output.shape {
+                    Shape::Vector(_) => format!(" out[{at}] = {number};"),
+                    Shape::Matrix(_, columns) => {
+                        format!(" out[{}][{}] = {number};", at / columns, at % columns)
+                    }
                 };
-                let _ = writeln!(out, "        out{place} = {number};");
+                if line.len() + own.len() > LINE {
+                    let _ = writeln!(out, "       {line}");
+                    line.clear();
+                }
+                line += &own;
+            }
+            if !line.is_empty() {
+                let _ = writeln!(out, "       {line}");
             }
             out.push_str("    }\n");
         }

@@ -22,14 +22,39 @@ sin sinh sqrt tan tanh tgamma trunc y0 y1 yn";
 
 /// Whether printed code has this name for something else: a function of the user cannot have it.
 pub fn is_reserved(function: &str) -> bool {
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     // Functions of `math.h` end in `f` and `l` for the other floats.
     let stem = function.strip_suffix(['f', 'l']).unwrap_or(function);
     let is_word = |name: &str| RESERVED.split_whitespace().any(|word| word == name);
-    is_word(function)
-        || is_word(stem)
-        || function.starts_with('_')
-        || function.strip_prefix('v').is_some_and(is_number)
+    is_word(function) || is_word(stem) || function.starts_with('_') || is_variable(function)
+}
+
+/// How many variables are numbered, have a digit and a letter, and a digit, a letter and another character.
+const SHORT: [usize; 3] = [100, 10 * 52, 10 * 52 * 62];
+
+const LETTERS: &[u8; 62] = b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
+
+/// The name of a variable. Names are a third of a text with thousands of them.
+fn variable(at: usize) -> String {
+    let [decimal, two, three] = SHORT;
+    let letter = |at: usize| char::from(LETTERS[at]);
+    match at.checked_sub(decimal) {
+        Some(at) if at < two => format!("v{}{}", at / 52, letter(at % 52)),
+        Some(at) if at < two + three => {
+            let at = at - two;
+            let (first, last) = (at / 62, at % 62);
+            format!("v{}{}{}", first / 52, letter(first % 52), letter(last))
+        }
+        _ => format!("v{at}"),
+    }
+}
+
+fn is_variable(name: &str) -> bool {
+    let Some(rest) = name.strip_prefix('v') else {
+        return false;
+    };
+    let is_short = rest.len() <= 3 && rest.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    let is_number = rest.bytes().all(|byte| byte.is_ascii_digit());
+    rest.starts_with(|c: char| c.is_ascii_digit()) && (is_short || is_number)
 }
 
 /// The results of a formula, after the statements of any language: variables and numbers.
@@ -45,7 +70,7 @@ pub fn results(program: &Program) -> Vec<String> {
 }
 
 /// The most operations of an expression.
-const LONGEST: usize = 7;
+const LONGEST: usize = 12;
 
 fn is_arithmetic(operation: &Operation) -> bool {
     matches!(
@@ -89,7 +114,7 @@ fn names(program: &Program) -> Vec<Option<String>> {
             lengths[user] += lengths[at];
             names.push(None);
         } else {
-            names.push(Some(format!("v{count}")));
+            names.push(Some(variable(count)));
             count += 1;
         }
     }
@@ -110,6 +135,8 @@ struct Texts {
     names: Vec<Option<String>>,
     /// Those without a variable.
     parts: Vec<(Binding, String)>,
+    /// Whether signs have spaces around them.
+    has_spaces: bool,
 }
 
 impl Texts {
@@ -117,6 +144,15 @@ impl Texts {
         Self {
             names: names(program),
             parts: Vec::with_capacity(program.nodes.len()),
+            has_spaces: true,
+        }
+    }
+
+    /// Without spaces in expressions: they are a tenth of a text.
+    fn tight(program: &Program) -> Self {
+        Self {
+            has_spaces: false,
+            ..Self::new(program)
         }
     }
 
@@ -143,7 +179,13 @@ impl Texts {
     fn arithmetic(&self, node: &Node) -> Option<(Binding, String)> {
         let of = |at: usize, least| self.operand(node.operands[at], least);
         let two = |sign, binding, above| {
-            let text = format!("{} {sign} {}", of(0, binding), of(1, above));
+            let (one, other) = (of(0, binding), of(1, above));
+            // Two signs are another operator.
+            let text = if self.has_spaces || other.starts_with('-') {
+                format!("{one} {sign} {other}")
+            } else {
+                format!("{one}{sign}{other}")
+            };
             Some((binding, text))
         };
         match node.operation {
@@ -176,5 +218,26 @@ fn number(bits: u64) -> String {
         format!("({value:?})")
     } else {
         format!("{value:?}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SHORT, is_reserved, variable};
+    use std::collections::HashSet;
+
+    #[test]
+    fn variables_have_short_names_of_their_own() {
+        let all: Vec<String> = (0..SHORT.iter().sum::<usize>() + 1_000)
+            .map(variable)
+            .collect();
+        let different: HashSet<&String> = all.iter().collect();
+        assert_eq!(different.len(), all.len());
+        assert!(all.iter().all(|name| is_reserved(name)));
+        let names = [99, 100, 619, 620, 3_000].map(variable);
+        assert_eq!(names, ["v99", "v0a", "v9Z", "v0aa", "v0My"]);
+        for free in ["v", "velocity", "v_1", "v1_2", "v12ab"] {
+            assert!(!is_reserved(free), "{free}");
+        }
     }
 }

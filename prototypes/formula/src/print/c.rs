@@ -5,6 +5,9 @@ use crate::program::{Operation, Program, limits};
 use rc_vocabulary::Primitive;
 use std::fmt::Write;
 
+/// How long a line with several values may be.
+const WIDTH: usize = 98;
+
 /// The statements of a function that returns an `int`: 1 for numbers that are refused. `input` names
 /// the number at a place of the input.
 ///
@@ -12,9 +15,9 @@ use std::fmt::Write;
 /// to).
 pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String {
     let mut out = String::new();
-    let mut texts = Texts::new(program);
-    // Whether the declaration of the line before goes on.
-    let mut is_open = false;
+    let mut texts = Texts::tight(program);
+    // Whether the declaration of the line before goes on, and how long that line is.
+    let (mut is_open, mut width) = (false, 0);
     for node in &program.nodes {
         if let Operation::Call { function, results } = &node.operation {
             let of = texts.operands(node).join(", ");
@@ -50,13 +53,21 @@ pub fn statements(program: &Program, input: impl Fn(usize) -> String) -> String 
         let Some((name, value)) = texts.variable(binding, value) else {
             continue;
         };
+        let value = format!("{name} = {value}");
         // One declaration for all: types would be a third of the text.
-        out.push_str(if is_open {
-            ",\n    "
-        } else {
+        let before = if !is_open {
             "    const double "
-        });
-        let _ = write!(out, "{name} = {value}");
+        } else if width + value.len() < WIDTH {
+            ", "
+        } else {
+            ",\n    "
+        };
+        if before != ", " {
+            width = 0;
+        }
+        out.push_str(before);
+        out.push_str(&value);
+        width += before.len() + value.len();
         is_open = true;
         if let Some((least, most)) = node.operation.range() {
             let _ = writeln!(
