@@ -1,5 +1,6 @@
-//! The keeper of a network's world: the clause `World` sets its parameters.
+//! Components that share the world of any network: the clause `World` sets their parameters.
 
+use rc_cdsl::model::Role;
 use rc_codegen::{Project, paths};
 use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
 use rc_diagnostics::Span;
@@ -10,7 +11,18 @@ use std::rc::Rc;
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
-/// Gives each keeper the schema and the files of the world, except those that its own block sets.
+/// Whether a component meets other replicas of a world by slots of its own, so that its schema is that of the network.
+pub(crate) fn shares_any(project: &Project) -> bool {
+    let component = &project.component;
+    component.world.is_none()
+        && component.slots.iter().any(|slot| {
+            let interface = component.library.interface(slot.interface);
+            slot.role == Role::Publishes && interface.name.text == "World"
+        })
+}
+
+/// Gives each component that shares the world of any network the schema and the files of the world: those of its parameters with
+/// these names that its own block does not set.
 pub(crate) fn configure(
     deployment: &mut Deployment,
     projects: &[Option<Rc<Project>>],
@@ -21,18 +33,20 @@ pub(crate) fn configure(
     };
     let wanted = parameters(&world, loader);
     for (instance, project) in deployment.instances.iter_mut().zip(projects) {
-        let is_keeper = project
-            .as_deref()
-            .map(|own| own.component.name.text.as_str());
-        if is_keeper != Some(KEEPER) {
+        let Some(project) = project.as_deref().filter(|project| shares_any(project)) else {
             continue;
-        }
+        };
         let own: Vec<String> = instance
             .parameters
             .iter()
             .map(|p| p.path.text.clone())
             .collect();
-        let missing = wanted.iter().filter(|p| !own.contains(&p.path.text));
+        let known = project.parameters.as_ref();
+        let missing = wanted.iter().filter(|p| {
+            let name = &p.path.text;
+            !own.contains(name)
+                && known.is_some_and(|known| known.parameters.iter().any(|own| own.name == *name))
+        });
         instance.parameters.extend(missing.cloned());
     }
 }

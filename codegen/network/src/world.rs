@@ -1,8 +1,8 @@
 //! The world of a network: checks the schemas of its components, who writes what, and the contents
 //! of its start file.
 
-use crate::link_load;
 use crate::model::Network;
+use crate::{keeper, link_load};
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
 use rc_cdsl::model::{Access, World as Clause, Write};
@@ -62,7 +62,11 @@ pub(crate) fn check(
         return without(&members, found);
     };
     let all_are_known = projects.iter().all(Option::is_some);
-    if members.is_empty() && all_are_known {
+    let shares = |project: &&Rc<Project>| {
+        keeper::shares_any(project) && project.component.name.text != keeper::KEEPER
+    };
+    let is_used = !members.is_empty() || projects.iter().flatten().any(|one| shares(&one));
+    if !is_used && all_are_known {
         let message = format!("no component shares the world `{}`", world.name.text);
         let warning = Diagnostic::warning("unused-world", world.name.span, message);
         found.push(warning.help("write a clause `world` in a `.cdsl`"));

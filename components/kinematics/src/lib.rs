@@ -4,5 +4,6 @@ mod answers;
 mod robot;
 mod service;
 mod specific_worker;
+mod world;
 
 pub use specific_worker::SpecificWorker;

@@ -6,12 +6,15 @@ use rc_robot::Grounding;
 use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::path::Path;
 
-/// Reads robots beside the file that names them.
-struct Beside;
+/// Reads robots and schemas beside the file that names them.
+pub(crate) struct Beside;
 
 impl Loader for Beside {
-    fn find(&self, from: &Path, wanted: &str, _: &str) -> Result<ImportedFile, ImportError> {
-        let path = from.parent().unwrap_or(Path::new("")).join(wanted);
+    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError> {
+        let mut path = from.parent().unwrap_or(Path::new("")).join(wanted);
+        if path.extension().is_none() {
+            path.set_extension(ending);
+        }
         match rc_files::read(&path) {
             Ok(text) => Ok(ImportedFile { path, text }),
             Err(error) => Err(ImportError {

@@ -1,18 +1,23 @@
-//! Keeps the positions of joints, and publishes where the links are.
+//! Keeps the positions of joints, publishes where the links are, and writes it into the world.
 
 use crate::answers::Answers;
 use crate::robot;
+use crate::world::World;
+use kinematics_generated::interfaces::world::ReceiveWorld;
+use kinematics_generated::interfaces::world_stream::ReceiveWorldStream;
 use kinematics_generated::tracing::{info, warn};
 use kinematics_generated::{
-    Context, Header, JointState, Joints, Quaternion, Time, Transform, TransformStamped, Vector3,
-    Worker, WorkerError,
+    Context, HandlerError, Header, JointState, Joints, Quaternion, Time, Transform,
+    TransformStamped, Vector3, Worker, WorkerError,
 };
+use rc_middleware::Reader;
 use rc_robot::State;
+use rc_world_member::Interface;
 
 /// A link, and the one above it.
-struct Frame {
-    link: usize,
-    above: usize,
+pub(crate) struct Frame {
+    pub(crate) link: usize,
+    pub(crate) above: usize,
 }
 
 /// The robot, and where its joints are.
@@ -23,6 +28,8 @@ pub struct SpecificWorker {
     frames: Vec<Frame>,
     /// Whether a message was refused, so that it is said once.
     is_refused: bool,
+    /// The world of the network, if it has one.
+    world: Option<World>,
 }
 
 /// A transform in metres.
@@ -42,7 +49,7 @@ impl Worker<Context> for SpecificWorker {
         let robot = &cell.robot;
         let limits = robot.limits().into_iter();
         let now = limits.map(|limits| limits.map_or(0.0, |l| 0.0_f64.clamp(l.lower, l.upper)));
-        let now = now.collect();
+        let now: Vec<f64> = now.collect();
         let above = |mut body: usize| loop {
             body = robot.bodies[body].joint.as_ref()?.parent;
             // Bodies inside a joint of several coordinates are no links.
@@ -58,6 +65,7 @@ impl Worker<Context> for SpecificWorker {
             })
         });
         let frames = frames.collect();
+        let world = World::open(ctx, robot, &now).map_err(WorkerError::Fatal)?;
         info!(
             "{}: {} joints",
             ctx.params.robot.display(),
@@ -68,7 +76,41 @@ impl Worker<Context> for SpecificWorker {
             now,
             frames,
             is_refused: false,
+            world,
         })
+    }
+
+    fn compute(&mut self, ctx: &mut Context) -> Result<(), WorkerError> {
+        self.turn(ctx);
+        Ok(())
+    }
+
+    fn finalize(&mut self, ctx: &mut Context) {
+        if let Some(world) = &mut self.world {
+            world.leave(ctx);
+        }
+    }
+}
+
+impl ReceiveWorld<Context> for SpecificWorker {
+    fn receive(
+        &mut self,
+        ctx: &mut Context,
+        topic: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.hear(ctx, Interface::World, topic, reader)
+    }
+}
+
+impl ReceiveWorldStream<Context> for SpecificWorker {
+    fn receive(
+        &mut self,
+        ctx: &mut Context,
+        topic: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        self.hear(ctx, Interface::WorldStream, topic, reader)
     }
 }
 
@@ -103,10 +145,36 @@ impl Joints<Context> for SpecificWorker {
         if ctx.params.publish_frames {
             self.publish(ctx, &header.stamp);
         }
+        if let Some(world) = &mut self.world {
+            world.tell(&self.now);
+        }
+        self.turn(ctx);
     }
 }
 
 impl SpecificWorker {
+    fn turn(&mut self, ctx: &mut Context) {
+        if let Some(world) = &mut self.world {
+            world.turn(ctx, &self.frames);
+        }
+    }
+
+    fn hear(
+        &mut self,
+        ctx: &mut Context,
+        of: Interface,
+        topic: usize,
+        reader: &mut Reader<'_>,
+    ) -> Result<(), HandlerError> {
+        // Without a world, nobody listens.
+        let Some(world) = &mut self.world else {
+            return Ok(());
+        };
+        world.receive(of, topic, reader)?;
+        self.turn(ctx);
+        Ok(())
+    }
+
     /// Publishes each link in the one above it.
     fn publish(&self, ctx: &mut Context, stamp: &Time) {
         let robot = &self.answers.cell.robot;

@@ -7,7 +7,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// The folders that have components.
 const PLACES: [&str; 3] = ["components", "deploy/tests/programs", "xtask/bench"];
 /// The most lines of generated files. What every component needs belongs into a library.
-const MOST_LINES: usize = 33_800;
+const MOST_LINES: usize = 33_900;
 /// Files of so few lines may be alike: manifests, marks of packages, lists of names.
 const FEW_LINES: usize = 33;
 

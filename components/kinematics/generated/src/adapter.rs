@@ -7,9 +7,9 @@ use crate::interfaces;
 use rc_runtime::{Dispatch, Serving, SlotEntry, WorkerTable};
 
 /// What the worker of this component implements.
-pub trait Handlers: rc_runtime::Worker<Context> + interfaces::kinematics::ServeKinematics<Context> + interfaces::joint_state_pub::ReceiveJointStatePub<Context> + 'static {}
+pub trait Handlers: rc_runtime::Worker<Context> + interfaces::kinematics::ServeKinematics<Context> + interfaces::joint_state_pub::ReceiveJointStatePub<Context> + interfaces::world::ReceiveWorld<Context> + interfaces::world_stream::ReceiveWorldStream<Context> + 'static {}
 
-impl<W: rc_runtime::Worker<Context> + interfaces::kinematics::ServeKinematics<Context> + interfaces::joint_state_pub::ReceiveJointStatePub<Context> + 'static> Handlers for W {}
+impl<W: rc_runtime::Worker<Context> + interfaces::kinematics::ServeKinematics<Context> + interfaces::joint_state_pub::ReceiveJointStatePub<Context> + interfaces::world::ReceiveWorld<Context> + interfaces::world_stream::ReceiveWorldStream<Context> + 'static> Handlers for W {}
 
 impl<W: rc_runtime::Worker<Context> + 'static> Dispatch<W> for Context {
     const DESCRIPTION: &'static rc_runtime::Description = &DESCRIPTION;
@@ -21,7 +21,9 @@ impl<W: Handlers> Serving<W> for Context {
     const SLOTS: &'static [SlotEntry<W, Self>] = &[
         SlotEntry::serves(<W as interfaces::kinematics::ServeKinematics<Context>>::serve),
         SlotEntry::receives(<W as interfaces::joint_state_pub::ReceiveJointStatePub<Context>>::receive),
-        SlotEntry::sends(),
+        SlotEntry::receives(<W as interfaces::world::ReceiveWorld<Context>>::receive),
+        SlotEntry::receives(<W as interfaces::world_stream::ReceiveWorldStream<Context>>::receive), SlotEntry::sends(),
+        SlotEntry::sends(), SlotEntry::sends(),
     ];
 }
 

@@ -15,8 +15,20 @@ pub(crate) const TYPES_KINEMATICS: &[&str] = &[];
 /// The middleware's names for the types of `joints`, if it has its own.
 pub(crate) const TYPES_JOINTS: &[&str] = &[];
 
+/// The middleware's names for the types of `peers`, if it has its own.
+pub(crate) const TYPES_PEERS: &[&str] = &[];
+
+/// The middleware's names for the types of `streams`, if it has its own.
+pub(crate) const TYPES_STREAMS: &[&str] = &[];
+
 /// The middleware's names for the types of `frames`, if it has its own.
 pub(crate) const TYPES_FRAMES: &[&str] = &[];
 
+/// The middleware's names for the types of `World`, if it has its own.
+pub(crate) const TYPES_WORLD: &[&str] = &[];
+
+/// The middleware's names for the types of `WorldStream`, if it has its own.
+pub(crate) const TYPES_WORLD_STREAM: &[&str] = &[];
+
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"c1a45969442413cf\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"dc037de09505efbc\",\"middleware\":\"iceoryx2\"}\0";

@@ -13,6 +13,10 @@ pub struct Context {
     pub params: Params,
     /// publishes `TransformPub`
     pub frames: interfaces::transform_pub::TransformPubPublisher,
+    /// publishes `World`
+    pub world: interfaces::world::WorldPublisher,
+    /// publishes `WorldStream`
+    pub world_stream: interfaces::world_stream::WorldStreamPublisher,
 }
 
 impl WorkerContext for Context {
@@ -20,7 +24,9 @@ impl WorkerContext for Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            frames: interfaces::transform_pub::TransformPubPublisher::new(ports.publishers(2))?,
+            frames: interfaces::transform_pub::TransformPubPublisher::new(ports.publishers(4))?,
+            world: interfaces::world::WorldPublisher::new(ports.publishers(5))?,
+            world_stream: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(6))?,
         })
     }
 
@@ -29,7 +35,9 @@ impl WorkerContext for Context {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        peers[2] = self.frames.subscribers();
+        peers[4] = self.frames.subscribers();
+        peers[5] = self.world.subscribers();
+        peers[6] = self.world_stream.subscribers();
     }
 }
 

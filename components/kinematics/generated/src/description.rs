@@ -40,6 +40,40 @@ const SLOT_JOINTS: Slot = Slot {
     external_types: backend::TYPES_JOINTS,
 };
 
+const SLOT_PEERS: Slot = Slot {
+    name: "peers",
+    role: Role::SubscribesTo,
+    interface: "World",
+    type_name: "RcWorld::World",
+    type_hash: 0x58e53eaa54d8832d,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::Reliable,
+        depth: 64,
+        ..Qos::SUBSCRIBER
+    },
+    is_array: false,
+    operations: interfaces::world::OPERATIONS,
+    external_types: backend::TYPES_PEERS,
+};
+
+const SLOT_STREAMS: Slot = Slot {
+    name: "streams",
+    role: Role::SubscribesTo,
+    interface: "WorldStream",
+    type_name: "RcWorld::WorldStream",
+    type_hash: 0xe19717e82fbafe2e,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::BestEffort,
+        depth: 64,
+        ..Qos::SUBSCRIBER
+    },
+    is_array: false,
+    operations: interfaces::world_stream::OPERATIONS,
+    external_types: backend::TYPES_STREAMS,
+};
+
 const SLOT_FRAMES: Slot = Slot {
     name: "frames",
     role: Role::Publishes,
@@ -57,16 +91,53 @@ const SLOT_FRAMES: Slot = Slot {
     external_types: backend::TYPES_FRAMES,
 };
 
+const SLOT_WORLD: Slot = Slot {
+    name: "World",
+    role: Role::Publishes,
+    interface: "World",
+    type_name: "RcWorld::World",
+    type_hash: 0x58e53eaa54d8832d,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::Reliable,
+        depth: 64,
+        ..Qos::PUBLISHER
+    },
+    is_array: false,
+    operations: interfaces::world::OPERATIONS,
+    external_types: backend::TYPES_WORLD,
+};
+
+const SLOT_WORLD_STREAM: Slot = Slot {
+    name: "WorldStream",
+    role: Role::Publishes,
+    interface: "WorldStream",
+    type_name: "RcWorld::WorldStream",
+    type_hash: 0xe19717e82fbafe2e,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::BestEffort,
+        depth: 64,
+        ..Qos::PUBLISHER
+    },
+    is_array: false,
+    operations: interfaces::world_stream::OPERATIONS,
+    external_types: backend::TYPES_WORLD_STREAM,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "kinematics",
-    model_hash: 0xc1a45969442413cf,
+    model_hash: 0xdc037de09505efbc,
     middleware: backend::MIDDLEWARE,
-    period: Duration::new(1, 0),
+    period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_KINEMATICS, SLOT_JOINTS, SLOT_FRAMES],
-    types: &[::interfaces::rc_kinematics::RC_DESCRIPTION, ::interfaces::transforms::RC_DESCRIPTION],
+    slots: &[SLOT_KINEMATICS, SLOT_JOINTS, SLOT_PEERS, SLOT_STREAMS, SLOT_FRAMES, SLOT_WORLD, SLOT_WORLD_STREAM],
+    types: &[
+        ::interfaces::rc_kinematics::RC_DESCRIPTION, ::interfaces::rc_world::RC_DESCRIPTION,
+        ::interfaces::transforms::RC_DESCRIPTION,
+    ],
     backends: backend::BACKENDS,
     simulates_time: false,
     managed: false,

@@ -6,3 +6,7 @@ pub use ::interfaces::rc_kinematics::kinematics;
 pub use self::kinematics::{ ForwardError, InverseError, PathError, ManipulabilityError };
 pub use ::interfaces::transforms::transform_pub;
 pub use self::transform_pub::{ TransformPubPublisher };
+pub use ::interfaces::rc_world::world;
+pub use self::world::{ WorldPublisher };
+pub use ::interfaces::rc_world::world_stream;
+pub use self::world_stream::{ WorldStreamPublisher };

@@ -20,7 +20,7 @@ pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
 pub use self::interfaces::*;
-pub use slots::{Kinematics, Joints};
+pub use slots::{Kinematics, Joints, Peers, Streams};
 pub use types::*;
 
 rc_runtime::names_of_workers!();

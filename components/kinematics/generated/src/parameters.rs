@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"schema","doc":["The schema of that world, which a network with a world sets. Empty: there is none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}}]}"###;
 
 /// The parameters `kinematics`.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,10 +13,14 @@ pub struct Params {
     ///
     /// Allowed: a path as a string.
     pub robot: std::path::PathBuf,
-    /// Publishes where the links are whenever positions of joints arrive.
+    /// Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network.
     ///
     /// Allowed: `true` or `false`.
     pub publish_frames: bool,
+    /// The schema of that world, which a network with a world sets. Empty: there is none.
+    ///
+    /// Allowed: a path as a string.
+    pub schema: std::path::PathBuf,
 }
 
 impl Params {
@@ -25,6 +29,7 @@ impl Params {
         Self {
             robot: values.path("robot"),
             publish_frames: values.bool("publish_frames"),
+            schema: values.path("schema"),
         }
     }
 }

@@ -2,10 +2,16 @@
 //! The worker under test: no process, no middleware, virtual time. The page `testing.md` of the guide has examples.
 
 pub use crate::interfaces::transform_pub::testing::Sample as FramesSample;
+pub use crate::interfaces::world::testing::Sample as WorldSample;
+pub use crate::interfaces::world_stream::testing::Sample as WorldStreamSample;
 pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
     crate::context::Context, crate::description::DESCRIPTION, crate::parameters::Params;
 
     /// The subscriber, which keeps the samples, of `frames`.
-    frames: FakeSubscriber<FramesSample> = 2,
+    frames: FakeSubscriber<FramesSample> = 4,
+    /// The subscriber, which keeps the samples, of `World`.
+    world: FakeSubscriber<WorldSample> = 5,
+    /// The subscriber, which keeps the samples, of `WorldStream`.
+    world_stream: FakeSubscriber<WorldStreamSample> = 6,
 }

@@ -3,5 +3,7 @@
 
 pub use ::interfaces::rc_kinematics;
 pub use self::rc_kinematics::{ Positions, Joint, Found, Manipulability, KinematicsError, JointState };
+pub use ::interfaces::rc_world;
+pub use self::rc_world::{ Key, KeyInPlace, Value, Step, Change, StreamValue, Samples, Digest, Ask, Chunk, Answer };
 pub use ::interfaces::transforms;
 pub use self::transforms::{ Time, TimeInPlace, Header, Vector3, Vector3InPlace, Quaternion, QuaternionInPlace, Transform, TransformInPlace, TransformStamped };

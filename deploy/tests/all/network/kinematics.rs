@@ -1,4 +1,4 @@
-//! A component that answers about a robot, asked by tools.
+//! A component that answers about a robot, asked by tools, and that writes its frames into the world.
 
 use rc_test_site::site::{Site, rcdeploy};
 use serde_json::{Value, json};
@@ -107,6 +107,98 @@ fn links_and_positions_of_a_robot_are_answers_of_a_component() {
     }
     let joints = answer("getJoints", &json!({}));
     assert_eq!(joints[2]["name"], "elbow", "{joints}");
+    assert_eq!(tool(&["down", &site.network]).code, 0);
+    site.assert_nothing_left();
+}
+
+/// A world with the types of the network, in which the base of the arm stands in a room.
+const SHARED: &str = "Deployment patrol
+{
+    middleware iceoryx2;
+    World g
+    {
+        schema \"home.gdsl\";
+        start \"kitchen.graph\";
+    };
+    Component keeper
+    {
+        cdsl \"../world_keeper/world_keeper.cdsl\";
+    };
+    Component kinematics
+    {
+        cdsl \"../kinematics/kinematics.cdsl\";
+    };
+};
+";
+
+const KITCHEN: &str = r#"{
+  "schema": "home.gdsl",
+  "nodes": [
+    {"id": "7:1", "type": "room", "attributes": {"name": "kitchen"}},
+    {"id": "7:2", "type": "Frame", "attributes": {"name": "base"}}
+  ],
+  "edges": [
+    {"id": "7:3", "type": "RT", "from": "7:1", "to": "7:2", "attributes": {"pose": [2.0, 1.0, 0.0, 0.0, 0.0, 0.0]}}
+  ]
+}
+"#;
+
+#[test]
+fn frames_of_a_robot_are_in_the_world_of_its_network() {
+    let site = Site::new("kinematics_world");
+    site.write_ddsl(SHARED);
+    site.write(
+        "home.gdsl",
+        include_str!("../../../../components/interfaces/home.gdsl"),
+    );
+    site.write("kitchen.graph", KITCHEN);
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    let tool = |words: &[&str]| site.rcdeploy(words, false);
+    // The forward kinematics, as a question to the graph.
+    let place = |base: &str, tip: &str| -> Option<Vec<f64>> {
+        let query = format!(
+            "MATCH (b:Frame {{name: '{base}'}}), (t:Frame {{name: '{tip}'}}) RETURN pose(b, t) AS p"
+        );
+        let ran = tool(&["world", "query", &site.network, &query]);
+        let row = ran.stdout.lines().nth(1)?;
+        serde_json::from_str(row.trim()).ok()
+    };
+    let near = |found: &[f64], wanted: &Value, offset: [f64; 3]| {
+        let wanted = ["x", "y", "z"].map(|axis| wanted["translation"][axis].as_f64());
+        let pairs = found.iter().zip(wanted).zip(offset);
+        let is_near =
+            |one: f64, other: Option<f64>| other.is_some_and(|other| (one - other).abs() < 1e-9);
+        pairs
+            .into_iter()
+            .all(|((one, other), more)| is_near(*one - more, other))
+    };
+    let forward = || -> Value {
+        let asked = json!({ "tip": "tool", "base": "base", "positions": [] }).to_string();
+        let words = ["call", &site.network, "forward", &asked, "--format", "json"];
+        let ran = tool(&words);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        let reply: Value = serde_json::from_str(&ran.stdout).expect("one document");
+        reply["result"]["return"].clone()
+    };
+    // All joints at 0 before the first message. The room was there, and stays.
+    let start = forward();
+    Site::until("the frames are in the world", || {
+        place("kitchen", "tool").is_some_and(|found| near(&found, &start, [2.0, 1.0, 0.0]))
+    });
+    let state = json!({ "state": {
+        "header": { "stamp": { "sec": 77, "nanosec": 5 }, "frame_id": "" },
+        "name": ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"],
+        "position": [0.1, -1.0, 1.0, 0.3, 0.5, 0.2],
+        "velocity": [],
+        "effort": [],
+    } });
+    Site::until("the frames follow the joints", || {
+        let sent = tool(&["send", &site.network, "jointStates", &state.to_string()]);
+        assert_eq!(sent.code, 0, "{sent:?}");
+        let now = forward();
+        now != start && place("base", "tool").is_some_and(|found| near(&found, &now, [0.0; 3]))
+    });
     assert_eq!(tool(&["down", &site.network]).code, 0);
     site.assert_nothing_left();
 }
