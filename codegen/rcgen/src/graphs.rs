@@ -22,13 +22,27 @@ pub struct Loaded {
     pub is_dsr: bool,
 }
 
-/// Reads a graph and its schema. Adds findings about the form of both, not about whether they fit.
+/// Reads a graph and its schema, or a URDF as a graph of the domain `kinematics`. Adds findings about the form of both, not about
+/// whether they fit.
 pub fn load(
     path: &Path,
     sources: &mut SourceMap,
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> io::Result<Option<Loaded>> {
+    if path.extension().is_some_and(|ending| ending == "urdf") {
+        let source = sources.add(path, rc_files::read(path)?);
+        let (robot, more) = rc_robot::read(sources, source);
+        found.extend(more);
+        let document = graph_exchange::robot::document(&robot);
+        let schema = document.schema.as_deref();
+        return Ok(Some(Loaded {
+            schema: schema.and_then(graph_language::builtin).unwrap_or_default(),
+            document,
+            source,
+            is_dsr: false,
+        }));
+    }
     let (source, mark) = graph_exchange::add(sources, path, rc_files::read(path)?);
     if let Some(mark) = mark {
         found.push(mark);

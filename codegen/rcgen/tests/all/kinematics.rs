@@ -77,7 +77,7 @@ fn solvers_become_models_in_ilk_and_back() {
     };
     std::fs::write(
         path.join("cell.kdsl"),
-        text("pose tool in base; jacobian tool in base;"),
+        text("pose tool in base; jacobian tool in base; acceleration tool in base;"),
     )
     .expect("a file");
     let export = ["export", "cell.kdsl", "--to", "ilk", "--out", "models"];
@@ -105,6 +105,24 @@ fn solvers_become_models_in_ilk_and_back() {
     let (code, _, errors) = rcgen(path, &export);
     assert_eq!(code, 2);
     assert!(errors.contains("ILK has poses and Jacobians"), "{errors}");
+}
+
+/// The robot is a graph of the domain `kinematics`, without a file in between.
+#[test]
+fn a_robot_is_asked_as_a_graph() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    std::fs::write(path.join("arm.urdf"), ARM).expect("a file");
+    let ask = |query: &[&str]| succeeds(path, &[&["query", "arm.urdf"], query].concat());
+    assert!(ask(&[]).contains("pose_wrt_predecessor(joint Joint)"));
+    let pose = ask(&["pose_wrt_predecessor", "joint=turn"]);
+    assert!(pose.contains("[1.0, 0.0, 0.0,"), "{pose}");
+    let text = "MATCH (b:Frame {name: 'base'}), (t:Frame {name: 'tool'}) RETURN pose(t, b) AS back";
+    let back = ask(&[text]);
+    assert!(back.contains("[-1.0, "), "{back}");
+    std::fs::write(path.join("arm.urdf"), "<robot name=\"arm\"/>").expect("a file");
+    let (code, _, errors) = rcgen(path, &["query", "arm.urdf"]);
+    assert!(code == 1 && errors.contains("arm.urdf:1"), "{errors}");
 }
 
 /// Two robots with one set of solvers have a header and a namespace each, and `check` refuses a namespace that

@@ -188,9 +188,7 @@ fn a_conversion_is_told_printed_or_refused() {
          * Returns 0, or 1 for numbers that are refused. */
         int point_to_ros_point(const double from[3], double to[3])
         {
-            const double v0 = from[1] / 1000.0,
-            v1 = -from[0] / 1000.0,
-            v2 = from[2] / 1000.0;
+            const double v0 = from[1]/1000.0, v1 = -from[0]/1000.0, v2 = from[2]/1000.0;
             to[0] = v0;
             to[1] = v1;
             to[2] = v2;

@@ -214,7 +214,7 @@ pub(crate) enum Command {
     /// Runs a query, in openCypher, on a graph, and prints the rows. A query changes nothing.
     /// Without QUERY, it lists the queries of the schema.
     Query {
-        /// The graph: a .graph file, or a .json file of DSR.
+        /// The graph: a .graph file, a .json file of DSR, or the robot of a .urdf file.
         #[arg(value_name = "FILE", add = files(&["graph", "json"]))]
         file: PathBuf,
         /// The name of a query of the schema, as in `people_in`, or a text, as in
