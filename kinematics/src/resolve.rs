@@ -453,7 +453,12 @@ impl<'r> Resolver<'r> {
             OutputKind::Efforts => {
                 let doc = format!(
                     "The torques in Nm, and forces in N of joints that slide, for these accelerations \
-                    under a gravity of {gravity:?} m/s² in the root."
+                    under a gravity of {gravity:?} m/s² in the root{}.",
+                    if self.loops.is_empty() {
+                        ""
+                    } else {
+                        ", with which the loops carry no force"
+                    }
                 );
                 let output = described("efforts", doc, Shape::Vector(count));
                 return Some((output, Computed::Efforts(gravity)));

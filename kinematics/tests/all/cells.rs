@@ -251,6 +251,36 @@ fn a_four_bar_linkage_stays_closed() {
     );
 }
 
+/// The efforts of accelerations that keep a loop closed give these accelerations, and the loop carries nothing.
+#[test]
+fn efforts_leave_loops_without_force() {
+    let four = cell(FOUR, &[("bars.urdf", BARS)]);
+    let [close, _, rates, go] = four.solvers.as_slice() else {
+        panic!("four solvers");
+    };
+    let mut state = State::still(vec![-1.0, -0.2, -1.2]);
+    state.positions = output(close, "closed_positions", &state, &[0.0; 3]);
+    state.velocities = vec![1.0, -0.5, 0.3];
+    state.velocities = output(rates, "closed_velocities", &state, &[0.0; 3]);
+    let pushed = [0.4, -0.2, 0.1];
+    state.accelerations = output(go, "accelerations", &state, &pushed);
+    let forces = output(go, "loop_forces", &state, &pushed);
+    assert!(forces.iter().any(|part| part.abs() > 0.1), "{forces:?}");
+    let efforts = output(go, "efforts", &state, &[0.0; 3]);
+    let again = output(go, "accelerations", &state, &efforts);
+    near(&again, &state.accelerations, 1e-8);
+    near(
+        &output(go, "loop_forces", &state, &efforts),
+        &[0.0; 3],
+        1e-8,
+    );
+    let doc = &go.outputs[2].doc;
+    assert!(
+        doc.ends_with("with which the loops carry no force."),
+        "{doc}"
+    );
+}
+
 /// Two frames that are half a turn apart are not together: the sine of that angle is 0. Closed positions bring them
 /// there.
 #[test]
