@@ -1,7 +1,7 @@
 //! `cargo xtask bench kinematics`: printed and interpreted solvers beside Pinocchio in C++, of the packages of
 //! `PyPI`. `cargo xtask soak kinematics`: real robots beside Pinocchio.
 
-use crate::programs::{Failure, cargo, output, target};
+use crate::programs::{Failure, LongTest, cargo, long_tests, output, target};
 use crate::pypi;
 use std::time::Duration;
 
@@ -16,6 +16,7 @@ pub(crate) fn run() -> Result<(), Failure> {
             "cmeel-eigen==3.4.1",
             "example-robot-data==6.0.0",
             "casadi==3.8.2",
+            "ik-geo==1.0.3",
         ],
     )?;
     // A workspace of its own, so that nothing else compiles it.
@@ -29,42 +30,34 @@ pub(crate) fn run() -> Result<(), Failure> {
 }
 
 /// The tests of real robots, with 1,000 states of each of 13 of them, 10,000 poses of each of four arms, 10,000 steps of a linkage, and
-/// a million cycles of 1 kHz.
+/// a million cycles of 1 kHz. Each has a limit.
 pub(crate) fn soak() -> Result<(), Failure> {
-    for (words, name, count) in [
+    let tests: [LongTest; 5] = [
         (
-            "test -p rc-robot --test all real:: -- --ignored",
-            "KINEMATICS_STATES",
-            None,
+            "all robots",
+            "-p rc-robot --test all real:: -- --ignored",
+            &[],
         ),
         (
-            "test -p rc-robot --test all real:: -- --ignored",
-            "KINEMATICS_STATES",
-            Some("1000"),
+            "1,000 states",
+            "-p rc-robot --test all real:: -- --ignored",
+            &[("KINEMATICS_STATES", "1000")],
         ),
         (
-            "test -p rc-kinematics --test all arms:: -- --include-ignored",
-            "KINEMATICS_POSES",
-            Some("10000"),
+            "10,000 poses",
+            "-p rc-kinematics --test all arms:: -- --include-ignored",
+            &[("KINEMATICS_POSES", "10000")],
         ),
         (
-            "test -p rc-kinematics --test all four_bar",
-            "KINEMATICS_STEPS",
-            Some("10000"),
+            "10,000 steps",
+            "-p rc-kinematics --test all four_bar",
+            &[("KINEMATICS_STEPS", "10000")],
         ),
         (
-            "test -p rc-kinematics --test all cycles:: -- --nocapture",
-            "KINEMATICS_CYCLES",
-            Some("1000000"),
+            "10^6 cycles",
+            "-p rc-kinematics --test all cycles::",
+            &[("KINEMATICS_CYCLES", "1000000")],
         ),
-    ] {
-        let words: Vec<&str> = words.split(' ').collect();
-        let mut test = cargo(&words)?;
-        test.env_remove(name);
-        if let Some(count) = count {
-            test.env(name, count);
-        }
-        print!("{}", output(test, LIMIT)?);
-    }
-    Ok(())
+    ];
+    long_tests(&tests, LIMIT)
 }

@@ -53,8 +53,8 @@ pub(crate) fn output(command: Command, limit: Duration) -> Result<String, Failur
     Ok(read_back(stdout)?)
 }
 
-/// Tests in their long form: a title, the arguments that select them, and the variables that make them
-/// long.
+/// Tests in their long form: a title, the arguments that select them, with those of the test program after `--`, and the variables
+/// that make them long.
 pub(crate) type LongTest = (
     &'static str,
     &'static str,
@@ -80,7 +80,9 @@ pub(crate) fn tested<'a>(
     limit: Duration,
 ) -> Result<(), Failure> {
     let words: Vec<&str> = ["test", "-q", "--no-fail-fast"].into();
-    let more = test.split(' ').chain(["--", "--nocapture"]);
+    let separator = if test.contains(" -- ") { "" } else { "--" };
+    let more = test.split(' ').chain([separator, "--nocapture"]);
+    let more = more.filter(|word| !word.is_empty());
     let mut command = cargo(&words.into_iter().chain(more).collect::<Vec<_>>())?;
     command.envs(variables);
     let stdout = tempfile::tempfile()?;

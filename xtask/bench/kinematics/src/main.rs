@@ -2,7 +2,7 @@
 //! the same optimisation, on one thread. Prints rows of Markdown.
 //!
 //! Arguments: a folder for programs, and an interpreter of Python that has the packages `pin`, `cmeel-eigen`,
-//! `example-robot-data` and `casadi`.
+//! `example-robot-data`, `casadi` and `ik-geo`.
 
 mod peers;
 
