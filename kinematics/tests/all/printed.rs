@@ -69,6 +69,22 @@ fn expected(cell: &Cell, states: &[State]) -> Vec<f64> {
     out
 }
 
+/// Robots with thirty joints have ten thousand operations.
+#[test]
+fn c_has_few_bytes_for_each_operation() {
+    let text = "import \"arm.urdf\"; Kinematics cell { solver drive { accelerations; mass_matrix; efforts; }; };";
+    let (cell, found) = crate::load_with(text, include_str!("../robots/seven.urdf"));
+    assert_eq!(found, "");
+    let cell = cell.expect("a cell");
+    let work = cell.solvers[0].work();
+    let operations = work.sums + work.products + work.functions;
+    let bytes = rc_kinematics::c(&cell).len();
+    assert!(
+        bytes < 12 * operations,
+        "{bytes} bytes, {operations} operations"
+    );
+}
+
 #[test]
 fn recorded_formulas_are_the_algorithms() {
     let cell = cell();
