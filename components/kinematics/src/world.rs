@@ -2,7 +2,7 @@
 
 use crate::robot::Beside;
 use crate::specific_worker::Frame;
-use graph_language::Schema;
+use graph_language::{DOMAINS, Schema};
 use kinematics_generated::SendError;
 use kinematics_generated::interfaces::world::WorldPublisher;
 use kinematics_generated::interfaces::world_stream::WorldStreamPublisher;
@@ -45,18 +45,30 @@ pub(crate) struct World {
     refused: String,
 }
 
+/// A schema, and its files with their texts.
+type Known = (Schema, Vec<(String, String)>);
+
 /// Reads a schema: a file, or a domain that comes with the tools.
-fn schema(path: &Path) -> Result<Schema, String> {
-    let builtin = path.to_str().filter(|_| !path.exists());
-    if let Some(schema) = builtin.and_then(graph_language::builtin) {
-        return Ok(schema);
-    }
-    let text = rc_files::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+fn schema(path: &Path) -> Result<Known, String> {
+    let mut builtin = DOMAINS.iter();
+    let builtin = builtin.find(|(name, _)| Path::new(name) == path && !path.exists());
+    let text = match builtin {
+        Some((_, text)) => (*text).to_owned(),
+        None => rc_files::read(path).map_err(|error| format!("{}: {error}", path.display()))?,
+    };
     let mut sources = SourceMap::new();
     let source = sources.add(path, text);
     let (schema, found) = graph_language::load(&mut sources, &Beside, source);
     let schema = schema.filter(|_| !found.has_errors());
-    schema.ok_or_else(|| render(&sources, &found, Format::Short))
+    let schema = schema.ok_or_else(|| render(&sources, &found, Format::Short))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let files = sources.ids().map(|source| {
+        let own = sources.path(source);
+        let own = own.strip_prefix(folder).unwrap_or(own);
+        (own.display().to_string(), sources.text(source).to_owned())
+    });
+    let files = files.collect();
+    Ok((schema, files))
 }
 
 impl World {
@@ -69,7 +81,7 @@ impl World {
         if path.as_os_str().is_empty() || !ctx.params.publish_frames {
             return Ok(None);
         }
-        let schema = schema(path)?;
+        let (schema, files) = schema(path)?;
         let relation = schema.relation(RT);
         let has_poses = relation.is_some_and(|relation| relation.attribute(POSE).is_some());
         if schema.entity(FRAME).is_none() || !has_poses {
@@ -79,6 +91,10 @@ impl World {
             );
             return Ok(None);
         }
+        // Tools get the schema from a component.
+        let files = files.iter();
+        let files: Vec<(&str, &str)> = files.map(|(name, text)| (&**name, &**text)).collect();
+        ctx.set_world_schema(&files);
         // Poses of `geometry.gdsl` are in metres; those of a tree of InnerModel have its axes.
         let part = schema.entity("Part");
         let axes = if part.is_some_and(|part| part.domain == "innermodel") {
