@@ -86,6 +86,7 @@ impl Graph {
         if !edit.kept.is_empty() {
             self.rings().push(&edit);
         }
+        edit.next.settle();
         let next = Arc::new(edit.next);
         self.current.store(Arc::clone(&next));
         self.history().push(next);

@@ -29,6 +29,10 @@ impl Names {
         self.texts.get(symbol.0 as usize).map_or("", |text| text)
     }
 
+    pub(crate) fn settle(&mut self) {
+        self.texts.settle();
+    }
+
     pub(crate) fn add(&mut self, text: &str) -> Symbol {
         if let Some(known) = self.get(text) {
             return known;

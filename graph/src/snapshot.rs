@@ -69,6 +69,7 @@ impl Snapshot {
     pub(crate) fn empty(schema: Arc<Schema>, writer: u64) -> Self {
         let mut names = Names::default();
         let types = Arc::new(Types::new(schema, &mut names));
+        names.settle();
         Self {
             version: 1,
             time: Time::ZERO,
@@ -95,6 +96,19 @@ impl Snapshot {
             types,
             tree: innermodel::InnerModel::new().snapshot(),
             is_one_tree: true,
+        }
+    }
+
+    /// Prepares a new version for its clones.
+    pub(crate) fn settle(&mut self) {
+        self.nodes.settle();
+        self.edges.settle();
+        // A shape that others share has not changed.
+        if let Some(shape) = Arc::get_mut(&mut self.shape) {
+            shape.places.settle();
+            shape.lists.settle();
+            shape.of_type.settle();
+            shape.names.settle();
         }
     }
 

@@ -96,6 +96,8 @@ impl InnerModel {
         let mut edit = Edit { next };
         let result = make(&mut edit)?;
         edit.next.open = false;
+        edit.next.links.settle();
+        edit.next.data.settle();
         let next = Arc::new(edit.next);
         history.push(Arc::clone(&next));
         self.current.store(next);

@@ -41,22 +41,8 @@ impl<K: Clone + Eq + Hash> Ids<K> {
     where
         K: Borrow<Q>,
     {
-        let hash = self.hash.hash_one(id);
-        let mut page = self.root.as_deref()?;
-        let mut shift = 0;
-        loop {
-            match page {
-                Page::Bucket(items) => {
-                    let mut items = items.iter();
-                    let found = items.find(|(h, known, _)| *h == hash && known.borrow() == id);
-                    return found.map(|(_, _, place)| *place);
-                }
-                Page::Branch(pages) => {
-                    page = pages[slot(hash, shift)].as_deref()?;
-                    shift += BITS;
-                }
-            }
-        }
+        let page = self.root.as_deref()?;
+        find(page, self.hash.hash_one(id), id)
     }
 
     /// Adds an id that is not there yet.
@@ -65,24 +51,59 @@ impl<K: Clone + Eq + Hash> Ids<K> {
         insert(&mut self.root, (hash, id, place), 0);
     }
 
+    /// Gives an id a place, and returns the one that it had.
+    pub fn replace(&mut self, id: K, place: u32) -> Option<u32> {
+        let hash = self.hash.hash_one(&id);
+        let known = self.root.as_deref();
+        let known = known.and_then(|page| find(page, hash, &id));
+        if known.is_some() {
+            remove(&mut self.root, hash, &id);
+        }
+        insert(&mut self.root, (hash, id, place), 0);
+        known
+    }
+
     /// Removes an id, if it is there.
     pub fn remove<Q: Eq + Hash + ?Sized>(&mut self, id: &Q)
     where
         K: Borrow<Q>,
     {
-        let hash = self.hash.hash_one(id);
-        let mut page = &mut self.root;
-        let mut shift = 0;
-        while let Some(here) = page {
-            match Arc::make_mut(here) {
-                Page::Bucket(items) => {
-                    items.retain(|(h, known, _)| *h != hash || known.borrow() != id);
-                    return;
-                }
-                Page::Branch(pages) => page = &mut pages[slot(hash, shift)],
+        remove(&mut self.root, self.hash.hash_one(id), id);
+    }
+}
+
+fn find<K: Borrow<Q>, Q: Eq + ?Sized>(mut page: &Page<K>, hash: u64, id: &Q) -> Option<u32> {
+    let mut shift = 0;
+    loop {
+        match page {
+            Page::Bucket(items) => {
+                let mut items = items.iter();
+                let found = items.find(|(h, known, _)| *h == hash && known.borrow() == id);
+                return found.map(|(_, _, place)| *place);
             }
-            shift += BITS;
+            Page::Branch(pages) => {
+                page = pages[slot(hash, shift)].as_deref()?;
+                shift += BITS;
+            }
         }
+    }
+}
+
+fn remove<K: Clone + Borrow<Q>, Q: Eq + ?Sized>(
+    mut page: &mut Option<Arc<Page<K>>>,
+    hash: u64,
+    id: &Q,
+) {
+    let mut shift = 0;
+    while let Some(here) = page {
+        match Arc::make_mut(here) {
+            Page::Bucket(items) => {
+                items.retain(|(h, known, _)| *h != hash || known.borrow() != id);
+                return;
+            }
+            Page::Branch(pages) => page = &mut pages[slot(hash, shift)],
+        }
+        shift += BITS;
     }
 }
 
@@ -92,7 +113,9 @@ fn slot(hash: u64, shift: u32) -> usize {
 
 fn insert<K: Clone>(page: &mut Option<Arc<Page<K>>>, item: (u64, K, u32), shift: u32) {
     let Some(here) = page else {
-        *page = Some(Arc::new(Page::Bucket(vec![item])));
+        let mut items = Vec::with_capacity(BUCKET / 2);
+        items.push(item);
+        *page = Some(Arc::new(Page::Bucket(items)));
         return;
     };
     let here = Arc::make_mut(here);
@@ -140,5 +163,10 @@ mod tests {
         }
         ids.remove("nothing");
         assert_eq!(ids.get("nothing"), None);
+        for number in 0..COUNT {
+            let before = ids.get(name(number).as_str());
+            assert_eq!(ids.replace(name(number).into(), number + 1), before);
+            assert_eq!(ids.get(name(number).as_str()), Some(number + 1));
+        }
     }
 }

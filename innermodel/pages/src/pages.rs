@@ -3,7 +3,8 @@
 //! It is a tree of pages. A few recently changed pages at the bottom are kept outside the tree,
 //! each in the slot of its number. A change of one of these copies one page, however long the
 //! vector is. A change elsewhere takes over a slot: the previous page goes back into the tree,
-//! which copies one page of each level.
+//! which copies one page of each level. New items wait beside the tree until they fill a page, so
+//! that many of them copy no page.
 
 use std::sync::Arc;
 
@@ -57,15 +58,18 @@ pub struct Pages<T, const B: u32 = BRANCH, const L: u32 = LEAF> {
     len: usize,
     /// At its number modulo their count.
     recent: [Option<Recent<T>>; RECENT],
+    /// The last items, less than a page of them, while the tree has full pages only.
+    tail: Vec<T>,
 }
 
-impl<T, const B: u32, const L: u32> Clone for Pages<T, B, L> {
+impl<T: Clone, const B: u32, const L: u32> Clone for Pages<T, B, L> {
     fn clone(&self) -> Self {
         Self {
             root: self.root.clone(),
             bits: self.bits,
             len: self.len,
             recent: self.recent.clone(),
+            tail: self.tail.clone(),
         }
     }
 }
@@ -93,6 +97,7 @@ impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
             bits: 0,
             len: 0,
             recent: [const { None }; RECENT],
+            tail: Vec::new(),
         }
     }
 
@@ -109,7 +114,17 @@ impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
     /// The item at a place.
     #[inline]
     pub fn get(&self, index: usize) -> Option<&T> {
-        self.leaf(index >> L)?.get(index & (Self::LEAF - 1))
+        let leaf = self.leaf(index >> L);
+        match leaf.and_then(|items| items.get(index & (Self::LEAF - 1))) {
+            Some(item) => Some(item),
+            None => self.tail.get(self.in_tail(index)?),
+        }
+    }
+
+    /// The place beside the tree, for an index behind it.
+    #[inline]
+    fn in_tail(&self, index: usize) -> Option<usize> {
+        index.checked_sub(self.len - self.tail.len())
     }
 
     /// The present page of a number.
@@ -141,8 +156,8 @@ impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
 
     /// The item for a change. Copies what an earlier version shares.
     pub fn get_mut(&mut self, index: usize) -> Option<&mut T> {
-        if index >= self.len {
-            return None;
+        if let Some(at) = self.in_tail(index) {
+            return self.tail.get_mut(at);
         }
         let (leaf, place) = (index >> L, index & (Self::LEAF - 1));
         let slot = leaf % RECENT;
@@ -208,16 +223,44 @@ impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
     /// Adds an item at the end.
     pub fn push(&mut self, item: T) {
         let leaf = self.len >> L;
+        let has_room = self.tail.is_empty() && !self.len.is_multiple_of(Self::LEAF);
+        self.len += 1;
+        if !has_room {
+            if self.tail.is_empty() {
+                self.tail.reserve_exact(Self::LEAF);
+            }
+            self.tail.push(item);
+            if self.tail.len() == Self::LEAF {
+                self.take_tail();
+            }
+            return;
+        }
         if matches!(&self.recent[leaf % RECENT], Some(recent) if recent.leaf == leaf) {
             self.put_back(leaf % RECENT);
         }
+        if let Some(items) = self.leaf_for_change(leaf) {
+            *items = items.iter().cloned().chain([item]).collect();
+        }
+    }
+
+    /// Puts the last items into the tree: a clone shares them then. It changes no item.
+    pub fn settle(&mut self) {
+        self.take_tail();
+    }
+
+    /// Makes a page of the items beside the tree.
+    fn take_tail(&mut self) {
+        if self.tail.is_empty() {
+            return;
+        }
+        let start = self.len - self.tail.len();
+        let items = std::mem::take(&mut self.tail).into();
         let above = if self.bits == 0 { L } else { self.bits + B };
-        if self.len == 1 << above {
+        if start == 1 << above {
             self.root = Page::Branch(Arc::new([self.root.clone()]));
             self.bits = above;
         }
-        append::<T, B, L>(&mut self.root, self.bits, self.len, item);
-        self.len += 1;
+        append::<T, B, L>(&mut self.root, self.bits, start, items);
     }
 
     /// Calls `f` with the places where this vector differs from `older`, in ascending order. Pages
@@ -231,14 +274,17 @@ impl<T: Clone, const B: u32, const L: u32> Pages<T, B, L> {
         compare::<T, B, L>(&self.root, &older.root, self.bits, 0, &mut leaves);
         let recent = self.recent.iter().chain(&older.recent);
         leaves.extend(recent.flatten().map(|recent| recent.leaf));
+        // The items beside a tree are less than a page.
+        let tails = [self, older].map(|own| (!own.tail.is_empty()).then_some(own.len >> L));
+        leaves.extend(tails.into_iter().flatten());
         leaves.sort_unstable();
         leaves.dedup();
         for leaf in leaves {
             let (new, old) = (self.leaf(leaf), older.leaf(leaf));
             let is_shared = matches!((new, old), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
-            if !is_shared {
-                let count = |items: Option<&Arc<[T]>>| items.map_or(0, |items| items.len());
-                (0..count(new).max(count(old))).for_each(|at| f((leaf << L) + at));
+            if !is_shared || tails.contains(&Some(leaf)) {
+                let end = self.len.max(older.len).min((leaf + 1) << L);
+                (leaf << L..end).for_each(&mut *f);
             }
         }
     }
@@ -249,33 +295,30 @@ fn lower<const B: u32, const L: u32>(bits: u32) -> u32 {
     if bits == L { 0 } else { bits - B }
 }
 
-fn append<T: Clone, const B: u32, const L: u32>(
+/// Adds a page at the bottom, whose first item has this index.
+fn append<T, const B: u32, const L: u32>(
     page: &mut Page<T>,
     bits: u32,
     index: usize,
-    item: T,
+    leaf: Arc<[T]>,
 ) {
-    match page {
-        Page::Leaf(items) => *items = longer(items, item),
-        Page::Branch(pages) => {
-            if index >> bits == pages.len() {
-                let new = if bits == L {
-                    Page::Leaf(Arc::new([]))
-                } else {
-                    Page::Branch(Arc::new([]))
-                };
-                *pages = longer(pages, new);
-            }
-            let pages = Arc::make_mut(pages);
-            let rest = index & ((1 << bits) - 1);
-            append::<T, B, L>(&mut pages[index >> bits], lower::<B, L>(bits), rest, item);
-        }
+    let Page::Branch(pages) = page else {
+        *page = Page::Leaf(leaf);
+        return;
+    };
+    let at = index >> bits;
+    if at == pages.len() {
+        let new = if bits == L {
+            Page::Leaf(Arc::clone(&leaf))
+        } else {
+            Page::Branch(Arc::new([]))
+        };
+        *pages = pages.iter().cloned().chain([new]).collect();
     }
-}
-
-/// A copy with one more item.
-fn longer<T: Clone>(items: &Arc<[T]>, item: T) -> Arc<[T]> {
-    items.iter().cloned().chain(std::iter::once(item)).collect()
+    if bits > L {
+        let below = &mut Arc::make_mut(pages)[at];
+        append::<T, B, L>(below, bits - B, index & ((1 << bits) - 1), leaf);
+    }
 }
 
 /// Collects the numbers of the leaves that two trees do not share.
