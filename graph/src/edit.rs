@@ -7,6 +7,7 @@ use crate::element::{EdgeId, Element, Halves, Id, Lists, NONE, Neighbours, Node,
 use crate::error::Error;
 use crate::names::{Named, Symbol};
 use crate::snapshot::{OfType, Shape, Snapshot};
+use crate::value::Value;
 use rc_diagnostics::foreign;
 use std::sync::Arc;
 
@@ -31,6 +32,8 @@ pub struct Edit {
     pub(crate) keyed: Vec<u32>,
     /// Values of attributes that keep their history.
     pub(crate) kept: Vec<(Element, Symbol)>,
+    /// Memory for the attributes of one element.
+    set: Vec<(Symbol, Value)>,
     /// New ids count from this number on, at least.
     first_id: u64,
     steps: usize,
@@ -46,6 +49,7 @@ impl Edit {
             fallen: Vec::new(),
             keyed: Vec::new(),
             kept: Vec::new(),
+            set: Vec::new(),
             first_id: 0,
             steps: 0,
         }
@@ -75,7 +79,9 @@ impl Edit {
         }
     }
 
-    pub(crate) fn name(&mut self, name: impl Named) -> Symbol {
+    /// The number of the name of a type or of an attribute, for many elements that have it. A new name is
+    /// added.
+    pub fn name(&mut self, name: impl Named) -> Symbol {
         if let Some(symbol) = self.next.symbol(name) {
             return symbol;
         }

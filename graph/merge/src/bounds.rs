@@ -89,7 +89,7 @@ impl Replica {
             check_value(value, self.writer())?;
         }
         let element = self.elements.get(&of);
-        Ok(element.is_none_or(|element| !element.attributes.contains_key(name)))
+        Ok(element.is_none_or(|element| !element.attributes.has(name)))
     }
 
     fn attribute_count(&self, of: Id) -> usize {
@@ -210,7 +210,7 @@ impl Replica {
                 new.insert(id);
             }
             if let Record::Attribute { name, .. } = record {
-                let known = element.is_some_and(|e| e.attributes.contains_key(name));
+                let known = element.is_some_and(|e| e.attributes.has(name));
                 if !known {
                     let names = names.entry(id).or_default();
                     names.insert(name);

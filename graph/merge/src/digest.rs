@@ -34,7 +34,7 @@ fn hash(id: Id, (stamp, made): &(Stamp, Made), element: &Element) -> u64 {
         }
     }
     hash.stamp(stamp);
-    for (name, (stamp, value)) in &element.attributes {
+    for (name, (stamp, value)) in element.attributes.iter() {
         hash.text(name.as_bytes());
         hash.stamp(stamp);
         hash.value(value.as_ref());

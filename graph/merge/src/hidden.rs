@@ -159,7 +159,7 @@ impl Hidden {
             .into_iter()
             .flat_map(|e| &e.attributes);
         let mut keys = keys.filter(|attribute| attribute.key);
-        keys.all(|key| graph.get(before, key.name.as_str()) == now.attributes.get(&key.name))
+        keys.all(|key| graph.get(before, key.name.as_str()) == now.get(&key.name))
     }
 
     /// The state of a new element. `None` if others wait for it, or if it may take a key.

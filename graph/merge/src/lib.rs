@@ -9,6 +9,7 @@
 //!
 #![doc = include_str!("example.md")]
 
+mod attributes;
 mod bounds;
 mod digest;
 mod error;

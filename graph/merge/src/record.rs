@@ -2,6 +2,7 @@
 
 use property_graph::{Id, Value};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// When something was changed: a Lamport count, then the writer decides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -17,7 +18,7 @@ pub struct Stamp {
 /// How many changes of each writer are known without a gap.
 pub type Vector = BTreeMap<u64, u64>;
 
-/// One change.
+/// One change. A clone copies neither names nor values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// A node is new. Its id has the writer and the sequence of the stamp.
@@ -25,14 +26,14 @@ pub enum Record {
         /// When, and by whom.
         stamp: Stamp,
         /// Type of the node.
-        kind: String,
+        kind: Arc<str>,
     },
     /// An edge is new.
     Edge {
         /// When, and by whom.
         stamp: Stamp,
         /// The relation.
-        kind: String,
+        kind: Arc<str>,
         /// The node where it starts.
         from: Id,
         /// The node where it ends.
@@ -45,7 +46,7 @@ pub enum Record {
         /// The element.
         of: Id,
         /// Name of the attribute.
-        name: String,
+        name: Arc<str>,
         /// The value.
         value: Option<Value>,
     },

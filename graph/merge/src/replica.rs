@@ -1,5 +1,6 @@
 //! One replica: its elements, the changes that it has seen, and those that others have seen.
 
+use crate::attributes::Attributes;
 use crate::error::Error;
 use crate::hash::range_of;
 use crate::limits::{MOST_AHEAD, MOST_ELEMENTS, is_far_in_answer};
@@ -8,7 +9,9 @@ use property_graph::{Id, Value};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
 
+mod load;
 mod told;
 mod tombstones;
 
@@ -19,8 +22,8 @@ pub const MOST_TOMBSTONES: usize = 1 << 14;
 /// The content of an element.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Made {
-    Node(String),
-    Edge(String, Id, Id),
+    Node(Arc<str>),
+    Edge(Arc<str>, Id, Id),
 }
 
 /// An element with the latest of each of its changes.
@@ -29,7 +32,7 @@ pub(crate) struct Element {
     /// Not known if an attribute arrived before its element.
     pub(crate) made: Option<(Stamp, Made)>,
     pub(crate) removed: Option<Stamp>,
-    pub(crate) attributes: BTreeMap<String, (Stamp, Option<Value>)>,
+    pub(crate) attributes: Attributes,
 }
 
 impl Element {
@@ -186,7 +189,7 @@ impl Replica {
         self.check_new(kind)?;
         let record = Record::Node {
             stamp: self.stamp()?,
-            kind: kind.to_owned(),
+            kind: kind.into(),
         };
         self.put(&record, true);
         Ok(record.of())
@@ -206,7 +209,7 @@ impl Replica {
         }
         let record = Record::Edge {
             stamp: self.stamp()?,
-            kind: kind.to_owned(),
+            kind: kind.into(),
             from,
             to,
         };
@@ -234,7 +237,7 @@ impl Replica {
                 &Record::Attribute {
                     stamp,
                     of,
-                    name: name.to_owned(),
+                    name: name.into(),
                     value,
                 },
                 true,
@@ -350,14 +353,14 @@ impl Replica {
         };
         match record {
             Record::Node { kind, .. } => {
-                let made = Made::Node(kind.clone());
+                let made = Made::Node(Arc::clone(kind));
                 if element.becomes(&made) {
                     let before = element.made.replace((stamp, made));
                     self.link(id, before);
                 }
             }
             Record::Edge { kind, from, to, .. } => {
-                let made = Made::Edge(kind.clone(), *from, *to);
+                let made = Made::Edge(Arc::clone(kind), *from, *to);
                 if element.becomes(&made) {
                     let before = element.made.replace((stamp, made));
                     self.link(id, before);
@@ -368,7 +371,7 @@ impl Replica {
                 let known = element.removed;
                 let first = known.map_or(stamp, |known| known.min(stamp));
                 element.removed = Some(first);
-                element.attributes.clear();
+                element.attributes = Attributes::default();
                 if let Some(known) = known {
                     self.bury(known, id, false);
                 }
@@ -382,8 +385,7 @@ impl Replica {
                 if known.is_none_or(|(known, other)| {
                     *known < stamp || *known == stamp && is_smaller(other)
                 }) {
-                    let value = (stamp, value.clone());
-                    element.attributes.insert(name.clone(), value);
+                    element.attributes.insert(name, (stamp, value.clone()));
                 }
             }
             Record::Attribute { .. } => {}
@@ -470,19 +472,27 @@ impl Replica {
         delta: &Delta,
         is_wanted: impl Fn(&Vector, Stamp) -> bool,
     ) -> BTreeSet<Id> {
-        let mut touched: BTreeSet<Id> = delta.records.iter().map(Record::of).collect();
-        for record in &delta.records {
-            if is_wanted(&self.seen, record.stamp()) {
-                self.put(record, false);
+        let is_blank = self.is_blank();
+        let mut touched = if is_blank {
+            // Of a writer that is not known, all changes are wanted, or none.
+            let none = Vector::new();
+            self.load(&delta.records, |stamp| is_wanted(&none, stamp))
+        } else {
+            for record in &delta.records {
+                if is_wanted(&self.seen, record.stamp()) {
+                    self.put(record, false);
+                }
             }
-        }
+            delta.records.iter().map(Record::of).collect()
+        };
         if let Some((range, ranges)) = delta.all_of {
-            let listed: HashSet<Id> = delta.records.iter().map(Record::of).collect();
             let is_gone = |id: &Id| {
-                covers(&delta.upto, *id) && !listed.contains(id) && range_of(*id, ranges) == range
+                covers(&delta.upto, *id) && !touched.contains(id) && range_of(*id, ranges) == range
             };
-            let known = self.elements.keys().chain(self.edges.keys()).copied();
-            for id in known.filter(is_gone).collect::<Vec<Id>>() {
+            // Where nothing was known, all elements are listed, and ends of edges need not be.
+            let elements = (!is_blank).then(|| self.elements.keys());
+            let known = elements.into_iter().flatten().chain(self.edges.keys());
+            for id in known.copied().filter(is_gone).collect::<Vec<Id>>() {
                 self.drop_element(id);
                 self.gone.insert(id);
                 touched.insert(id);
@@ -515,8 +525,8 @@ impl Replica {
             known.is_some_and(|(known, own)| *known != stamp || own != made)
         };
         match record {
-            Record::Node { kind, .. } => made(&Made::Node(kind.clone())),
-            Record::Edge { kind, from, to, .. } => made(&Made::Edge(kind.clone(), *from, *to)),
+            Record::Node { kind, .. } => made(&Made::Node(Arc::clone(kind))),
+            Record::Edge { kind, from, to, .. } => made(&Made::Edge(Arc::clone(kind), *from, *to)),
             Record::Attribute { name, value, .. } => {
                 let known = element.attributes.get(name);
                 known.is_some_and(|(known, own)| *known == stamp && own != value)

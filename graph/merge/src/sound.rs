@@ -3,7 +3,16 @@
 
 use graph_schema::{Attribute, Kind, PoseOf, Schema};
 use property_graph::{MOST_BYTES, Value, fits};
-use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Attributes of an element that its schema allows, in the order of their names.
+pub(crate) type Allowed<'r> = Vec<(&'r Arc<str>, &'r Value)>;
+
+/// The value of an attribute.
+pub(crate) fn value<'r>(attributes: &Allowed<'r>, name: &str) -> Option<&'r Value> {
+    let at = attributes.binary_search_by(|(known, _)| (***known).cmp(name));
+    Some(attributes[at.ok()?].1)
+}
 
 fn declared<'s>(schema: &'s Schema, kind: &str, name: &str) -> Option<&'s Attribute> {
     let mut all = schema.attributes(kind)?.iter();
@@ -45,16 +54,16 @@ pub fn missing<'s>(
 }
 
 /// Whether a node may have this type and these attributes.
-pub(crate) fn is_node(schema: &Schema, kind: &str, attributes: &BTreeMap<String, Value>) -> bool {
+pub(crate) fn is_node(schema: &Schema, kind: &str, attributes: &Allowed<'_>) -> bool {
     let is_known = schema.open || schema.entity(kind).is_some();
-    is_known && missing(schema, kind, |name| attributes.contains_key(name)).is_none()
+    is_known && missing(schema, kind, |name| value(attributes, name).is_some()).is_none()
 }
 
 /// Whether an edge may have this type, these attributes, and ends of these types.
 pub(crate) fn is_edge(
     schema: &Schema,
     kind: &str,
-    attributes: &BTreeMap<String, Value>,
+    attributes: &Allowed<'_>,
     ends: [&str; 2],
 ) -> bool {
     let Some(relation) = schema.relation(kind) else {
@@ -66,21 +75,21 @@ pub(crate) fn is_edge(
     };
     let mut ports = relation.ports.iter().zip(ends);
     ports.all(|(port, end)| is_end(&port.entity, end))
-        && missing(schema, kind, |name| attributes.contains_key(name)).is_none()
+        && missing(schema, kind, |name| value(attributes, name).is_some()).is_none()
         && has_pose(schema, kind, attributes)
 }
 
 /// Whether an edge of a tree of frames has the numbers of a pose.
-fn has_pose(schema: &Schema, kind: &str, attributes: &BTreeMap<String, Value>) -> bool {
+fn has_pose(schema: &Schema, kind: &str, attributes: &Allowed<'_>) -> bool {
     let tree = schema.relation(kind).and_then(|own| own.tree.as_ref());
     let has = |name: &str, count: usize| {
         let attribute = declared(schema, kind, name);
-        let Some(value) = attributes.get(name) else {
+        let Some(value) = value(attributes, name) else {
             // It may exist in another representation.
             let all = schema.attributes(kind).into_iter().flatten();
             let mut group =
                 all.filter(|other| attribute.is_some_and(|own| own.value_of() == other.value_of()));
-            return group.any(|other| attributes.contains_key(&other.name));
+            return group.any(|other| value(attributes, &other.name).is_some());
         };
         match attribute.map(|own| &own.kind) {
             Some(Kind::Block(block)) => {

@@ -2,10 +2,10 @@
 
 use crate::record::Stamp;
 use crate::replica::{Element, Made, Replica};
-use crate::sound::{allows, is_edge, is_node};
+use crate::sound::{Allowed, allows, is_edge, is_node, value};
 use graph_schema::{Relation, Schema};
 use property_graph::{Error, Graph, Id, Time, Value, in_order};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 /// Why an element is not shown.
@@ -60,21 +60,42 @@ pub struct Shown<'r> {
     pub ends: Option<(Id, Id)>,
     /// Its attributes, those that the schema allows. Of several that are one value, this is the one that
     /// was changed last.
-    pub attributes: BTreeMap<String, Value>,
+    /// They are in the order of their names.
+    pub attributes: Vec<(&'r Arc<str>, &'r Value)>,
+}
+
+impl<'r> Shown<'r> {
+    /// The value of an attribute.
+    pub fn get(&self, name: &str) -> Option<&'r Value> {
+        value(&self.attributes, name)
+    }
 }
 
 impl Replica {
     /// An element, hidden or not. `None` if it was removed, or is not known yet.
     pub fn element(&self, schema: &Schema, id: Id) -> Option<Shown<'_>> {
-        let element = self.elements.get(&id).filter(|e| e.removed.is_none())?;
-        let (kind, ends) = match &element.made.as_ref()?.1 {
-            Made::Node(kind) => (kind, None),
-            Made::Edge(kind, from, to) => (kind, Some((*from, *to))),
-        };
-        Some(Shown {
-            kind,
-            ends,
-            attributes: latest(schema, kind, element),
+        shown(schema, self.elements.get(&id)?)
+    }
+
+    /// Elements as [`Replica::element`] returns them.
+    pub fn elements<'r>(
+        &'r self,
+        schema: &'r Schema,
+        ids: &'r BTreeSet<Id>,
+    ) -> impl Iterator<Item = (Id, Option<Shown<'r>>)> {
+        // To walk over all costs less than to look up many.
+        let are_many = ids.len() > self.elements.len() / 8;
+        let mut all = are_many.then(|| self.elements.iter().peekable());
+        ids.iter().map(move |id| {
+            let element = match &mut all {
+                Some(all) => {
+                    while all.next_if(|(known, _)| *known < id).is_some() {}
+                    let found = all.next_if(|(known, _)| *known == id);
+                    found.map(|(_, element)| element)
+                }
+                None => self.elements.get(id),
+            };
+            (*id, element.and_then(|element| shown(schema, element)))
         })
     }
 
@@ -126,7 +147,7 @@ impl Replica {
         }
         let attributes = |kind: &str, id: &Id| {
             let element = self.elements.get(id);
-            element.map_or_else(BTreeMap::new, |element| latest(schema, kind, element))
+            element.map_or_else(Vec::new, |element| latest(schema, kind, element))
         };
         // The older node keeps its key.
         nodes.sort_unstable();
@@ -149,7 +170,7 @@ impl Replica {
                 continue;
             }
             keys.extend(own);
-            view.nodes.insert(id, (kind.to_owned(), attributes));
+            view.nodes.insert(id, (kind.to_owned(), owned(&attributes)));
         }
         // The later edge wins.
         edges.sort_unstable();
@@ -199,7 +220,7 @@ impl Replica {
                 parents.insert((kind, child), parent);
             }
             view.edges
-                .insert(id, (kind.to_owned(), from, to, attributes));
+                .insert(id, (kind.to_owned(), from, to, owned(&attributes)));
         }
         view.conflicts.sort_unstable();
         view
@@ -223,53 +244,72 @@ fn by_level(edges: &[(Option<Id>, [Id; 2])], is_node: impl Fn(Id) -> bool) -> Ve
     order
 }
 
+fn shown<'r>(schema: &Schema, element: &'r Element) -> Option<Shown<'r>> {
+    let made = element
+        .made
+        .as_ref()
+        .filter(|_| element.removed.is_none())?;
+    let (kind, ends) = match &made.1 {
+        Made::Node(kind) => (kind, None),
+        Made::Edge(kind, from, to) => (kind, Some((*from, *to))),
+    };
+    Some(Shown {
+        kind,
+        ends,
+        attributes: latest(schema, kind, element),
+    })
+}
+
+fn owned(attributes: &Allowed<'_>) -> BTreeMap<String, Value> {
+    let all = attributes.iter();
+    all.map(|(name, value)| (name.to_string(), (*value).clone()))
+        .collect()
+}
+
 /// The attributes of an element that the schema allows. Of several that are one value, this is the one
 /// that was changed last.
-fn latest(schema: &Schema, kind: &str, element: &Element) -> BTreeMap<String, Value> {
+fn latest<'r>(schema: &Schema, kind: &str, element: &'r Element) -> Allowed<'r> {
     let declared = schema.entity(kind).map(|entity| &entity.attributes);
     let declared = declared.or_else(|| schema.relation(kind).map(|r| &r.attributes));
+    let all = element.attributes.iter();
+    // The usual case: each attribute is a value of its own.
+    let mut of_type = declared.into_iter().flatten();
+    if of_type.all(|attribute| attribute.value_of() == attribute.name) {
+        let all = all.filter_map(|(name, (_, value))| Some((name, value.as_ref()?)));
+        return all
+            .filter(|(name, value)| allows(schema, kind, name, value))
+            .collect();
+    }
     let value_of = |name: &str| {
         let mut all = declared.into_iter().flatten();
         let attribute = all.find(|attribute| attribute.name == name)?;
         Some(attribute.value_of())
     };
-    let shown = |all: &mut dyn Iterator<Item = (&str, &Value)>| {
-        all.filter(|(name, value)| allows(schema, kind, name, value))
-            .map(|(name, value)| (name.to_owned(), value.clone()))
-            .collect()
-    };
-    // The usual case: each attribute is a value of its own.
-    let mut all = declared.into_iter().flatten();
-    if all.all(|attribute| attribute.value_of() == attribute.name) {
-        let all = element.attributes.iter();
-        return shown(
-            &mut all.filter_map(|(name, (_, value))| Some((name.as_str(), value.as_ref()?))),
-        );
-    }
-    let mut latest: BTreeMap<&str, (Stamp, &str, Option<&Value>)> = BTreeMap::new();
-    for (name, (stamp, value)) in &element.attributes {
-        let own = (*stamp, name.as_str(), value.as_ref());
+    let mut latest: BTreeMap<&str, (Stamp, &Arc<str>, Option<&Value>)> = BTreeMap::new();
+    for (name, (stamp, value)) in all {
+        let own = (*stamp, name, value.as_ref());
         let known = latest.entry(value_of(name).unwrap_or(name)).or_insert(own);
         if known.0 < *stamp {
             *known = own;
         }
     }
     let all = latest.into_values();
-    shown(&mut all.filter_map(|(_, name, value)| Some((name, value?))))
+    let all = all.filter_map(|(_, name, value)| Some((name, value?)));
+    let mut all: Allowed<'_> = all
+        .filter(|(name, value)| allows(schema, kind, name, value))
+        .collect();
+    all.sort_unstable_by_key(|(name, _)| *name);
+    all
 }
 
 /// The keys of a node: the type that declares one, its name, its value.
-fn keys_of(
-    schema: &Schema,
-    kind: &str,
-    attributes: &BTreeMap<String, Value>,
-) -> Vec<(String, String, String)> {
+fn keys_of(schema: &Schema, kind: &str, attributes: &Allowed<'_>) -> Vec<(String, String, String)> {
     let Some(entity) = schema.entity(kind) else {
         return Vec::new();
     };
     let keys = entity.attributes.iter().filter(|attribute| attribute.key);
     let keys = keys.filter_map(|key| {
-        let value = attributes.get(&key.name)?;
+        let value = value(attributes, &key.name)?;
         let mut declarer = entity;
         while let Some(parent) = declarer.parent.as_deref().and_then(|p| schema.entity(p)) {
             if parent.attribute(&key.name).is_none() {

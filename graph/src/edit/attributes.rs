@@ -34,7 +34,7 @@ impl Edit {
     ) -> Result<(), Error> {
         let element = self.owner(element.into());
         let before = self.next.attributes(element)?.clone();
-        let mut set = Vec::new();
+        let mut set = std::mem::take(&mut self.set);
         for (attribute, value) in values {
             self.step()?;
             let (attribute, value) = (self.name(attribute), value.into());
@@ -46,22 +46,25 @@ impl Edit {
         }
         let types = Arc::clone(&self.next.types);
         let kind = self.next.kind(element)?;
-        let set = last_of_each_value(&types, kind, set);
+        let mut set = last_of_each_value(&types, kind, set);
         for (attribute, value) in &set {
             self.note(element, *attribute, Some(value))?;
         }
-        let set = set.into_iter();
-        let set = set.map(|(attribute, value)| (attribute, stored(&types, kind, attribute, value)));
-        let mut set: Vec<_> = set.collect();
-        if let Some(before) = before {
-            let groups = set
+        let new = set.drain(..);
+        let new = new.map(|(attribute, value)| (attribute, stored(&types, kind, attribute, value)));
+        let all: Arc<[(Symbol, Stored)]> = if let Some(before) = before {
+            let new: Vec<_> = new.collect();
+            let groups = new
                 .iter()
                 .filter_map(|(symbol, _)| types.group(kind, *symbol));
             let replaced: Vec<Symbol> = groups.flatten().map(|(symbol, _)| *symbol).collect();
             let kept = before.iter().filter(|(own, _)| !replaced.contains(own));
-            set = last_of_each(kept.cloned().chain(set).collect());
-        }
-        *self.attributes(element)? = Some(set.into());
+            last_of_each(kept.cloned().chain(new).collect()).into()
+        } else {
+            new.collect()
+        };
+        self.set = set;
+        *self.attributes(element)? = Some(all);
         self.touch(element);
         Ok(())
     }
@@ -202,15 +205,10 @@ impl Edit {
 
     /// Puts a node into the list of a name.
     fn rename(&mut self, node: NodeId, name: &Arc<str>) -> Result<(), Error> {
-        let first = self.next.shape.named.get(&**name);
+        let first = self.shape().named.replace(Arc::clone(name), node.place);
         self.lists(node.place)?.of_name.next = first.unwrap_or(NONE);
-        let named = &mut self.shape().named;
         if let Some(first) = first {
-            named.remove(&**name);
-            named.insert(Arc::clone(name), node.place);
             self.lists(first)?.of_name.previous = node.place;
-        } else {
-            named.insert(Arc::clone(name), node.place);
         }
         Ok(())
     }
@@ -258,6 +256,9 @@ fn last_of_each_value(
 fn last_of_each<V>(mut all: Vec<(Symbol, V)>) -> Vec<(Symbol, V)> {
     // The sort is stable.
     all.sort_by_key(|(attribute, _)| *attribute);
+    if all.is_sorted_by(|one, next| one.0 < next.0) {
+        return all;
+    }
     let mut kept: Vec<(Symbol, V)> = Vec::with_capacity(all.len());
     for entry in all {
         match kept.last_mut() {

@@ -3,8 +3,8 @@
 use crate::core::Core;
 use crate::start::attributes;
 use graph_merge::{Hidden, Shown, allows};
-use property_graph::{Edit, Element, Error, Graph, Id, Time, Value, in_order};
-use std::collections::{BTreeMap, BTreeSet};
+use property_graph::{Edit, Element, Error, Graph, Id, Symbol, Time, Value, in_order};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Why a change is not shown alone.
@@ -19,6 +19,29 @@ enum Refused {
 impl From<Error> for Refused {
     fn from(_: Error) -> Self {
         Self::Wrong
+    }
+}
+
+/// The numbers of the names that many elements have: a replica has most of these once.
+#[derive(Default)]
+struct Names<'r> {
+    known: Vec<(&'r str, Symbol)>,
+    /// Memory for the attributes of one element.
+    set: Vec<(Symbol, Value)>,
+}
+
+impl<'r> Names<'r> {
+    fn of(&mut self, edit: &mut Edit, name: &'r str) -> Symbol {
+        let mut known = self.known.iter();
+        if let Some((_, symbol)) = known.find(|(known, _)| std::ptr::eq(*known, name)) {
+            return *symbol;
+        }
+        let symbol = edit.name(name);
+        if self.known.len() == 16 {
+            self.known.clear();
+        }
+        self.known.push((name, symbol));
+        symbol
     }
 }
 
@@ -58,26 +81,35 @@ impl Core {
 
     fn show_in(&self, edit: &mut Edit, touched: &BTreeSet<Id>) -> Result<(), Refused> {
         let mut is_equal = true;
+        // Where nothing is, nothing has to be found.
+        let now = edit.snapshot();
+        let is_empty = now.node_count() + now.edge_count() == 0;
+        let known = |edit: &Edit, id: Id| {
+            let now = edit.snapshot();
+            (!is_empty).then(|| now.find(id)).flatten()
+        };
         let mut gone = Vec::new();
         let mut there: Vec<(Id, Shown<'_>)> = Vec::new();
-        for id in touched {
-            match self.replica.element(&self.schema, *id) {
-                Some(shown) => there.push((*id, shown)),
-                None if self.replica.is_end(*id) => return Err(Refused::NotWhole),
-                None => gone.push(*id),
+        for (id, shown) in self.replica.elements(&self.schema, touched) {
+            match shown {
+                Some(shown) => there.push((id, shown)),
+                None if self.replica.is_end(id) => return Err(Refused::NotWhole),
+                None => gone.push(id),
             }
         }
         for id in gone {
-            match edit.snapshot().find(id) {
+            match known(edit, id) {
                 Some(Element::Edge(edge)) => edit.remove_edge(edge)?,
                 Some(Element::Node(node)) => edit.remove_node(node)?,
                 None => continue,
             }
             is_equal = false;
         }
+        let mut names = Names::default();
         let nodes = there.iter_mut().filter(|(_, shown)| shown.ends.is_none());
         for (id, shown) in nodes {
-            let node = match edit.snapshot().find(*id) {
+            let before = known(edit, *id);
+            let node = match before {
                 Some(Element::Node(node))
                     if edit.snapshot().node(node)?.type_name() == shown.kind =>
                 {
@@ -86,10 +118,11 @@ impl Core {
                 Some(_) => return Err(Refused::NotWhole),
                 None => {
                     is_equal = false;
-                    Element::Node(edit.add_node_as(*id, shown.kind)?)
+                    let kind = names.of(edit, shown.kind);
+                    Element::Node(edit.add_node_as(*id, kind)?)
                 }
             };
-            is_equal &= self.set(edit, *id, node, shown)?;
+            is_equal &= self.set(edit, &mut names, (*id, node, before.is_none()), shown)?;
         }
         let edges = there.iter_mut().filter(|(_, shown)| shown.ends.is_some());
         let mut edges: Vec<_> = edges.collect();
@@ -104,7 +137,8 @@ impl Core {
         }
         for at in order {
             let ((id, shown), [from, to]) = (&mut *edges[at], ends[at].1);
-            let edge = match edit.snapshot().find(*id) {
+            let before = known(edit, *id);
+            let edge = match before {
                 Some(Element::Edge(edge)) => {
                     let now = edit.snapshot();
                     let here = now.edge(edge)?;
@@ -118,10 +152,16 @@ impl Core {
                 None => {
                     is_equal = false;
                     let (from, to) = (edit.end(from)?, edit.end(to)?);
-                    edit.add_edge_as(*id, shown.kind, from, to)?
+                    let kind = names.of(edit, shown.kind);
+                    edit.add_edge_as(*id, kind, from, to)?
                 }
             };
-            is_equal &= self.set(edit, *id, Element::Edge(edge), shown)?;
+            is_equal &= self.set(
+                edit,
+                &mut names,
+                (*id, Element::Edge(edge), before.is_none()),
+                shown,
+            )?;
         }
         if is_equal {
             return Err(Refused::Equal);
@@ -130,45 +170,52 @@ impl Core {
     }
 
     /// Gives an element its attributes. Returns whether it has them already.
-    fn set(
-        &self,
+    fn set<'r>(
+        &'r self,
         edit: &mut Edit,
-        id: Id,
-        element: Element,
-        shown: &mut Shown<'_>,
+        names: &mut Names<'r>,
+        (id, element, is_new): (Id, Element, bool),
+        shown: &mut Shown<'r>,
     ) -> Result<bool, Error> {
         let mut wanted = std::mem::take(&mut shown.attributes);
-        self.streamed(id, shown.kind, &mut wanted);
+        let place = |all: &[(&Arc<str>, &Value)], name: &str| {
+            all.binary_search_by(|(known, _)| (***known).cmp(name))
+        };
+        for (name, value) in self.streamed(id, shown.kind) {
+            if let Ok(at) = place(&wanted, name) {
+                wanted[at].1 = value;
+            }
+        }
         let mut gone: Vec<String> = Vec::new();
-        for (name, own) in attributes(edit.snapshot(), element)? {
-            match wanted.get(name) {
-                None => gone.push(name.to_owned()),
-                Some(wanted_value) if wanted_value == own => {
-                    wanted.remove(name);
+        let owned = (!is_new).then(|| attributes(edit.snapshot(), element));
+        for (name, own) in owned.transpose()?.into_iter().flatten() {
+            match place(&wanted, name) {
+                Err(_) => gone.push(name.to_owned()),
+                Ok(at) if wanted[at].1 == own => {
+                    wanted.remove(at);
                 }
-                Some(_) => {}
+                Ok(_) => {}
             }
         }
         for name in &gone {
             edit.unset(element, name)?;
         }
         if !wanted.is_empty() {
-            let set = wanted.iter();
-            edit.set_all(element, set.map(|(name, value)| (name, value.clone())))?;
+            for (name, value) in &wanted {
+                let name = names.of(edit, name);
+                names.set.push((name, (*value).clone()));
+            }
+            edit.set_all(element, names.set.drain(..))?;
         }
         Ok(gone.is_empty() && wanted.is_empty())
     }
 
-    /// Puts in the values of streams.
-    fn streamed(&self, id: Id, kind: &str, attributes: &mut BTreeMap<String, Value>) {
-        for (name, stamp, value) in self.streams.of(id) {
-            if self.overrides(id, name, stamp)
-                && let Some(shown) = attributes.get_mut(name)
-                && allows(&self.schema, kind, name, value)
-            {
-                *shown = value.clone();
-            }
-        }
+    /// The attributes of an element to which streams give values, with these.
+    fn streamed<'c>(&'c self, id: Id, kind: &str) -> impl Iterator<Item = (&'c str, &'c Value)> {
+        let all = self.streams.of(id).filter(move |(name, stamp, value)| {
+            self.overrides(id, name, *stamp) && allows(&self.schema, kind, name, value)
+        });
+        all.map(|(name, _, value)| (name, value))
     }
 
     /// Whether a value of a stream is later than the last change of the attribute. An attribute
@@ -182,11 +229,18 @@ impl Core {
     pub(crate) fn show_all(&mut self, graph: &Graph, time: Time) {
         self.is_stale = false;
         let mut view = self.replica.view(&self.schema);
-        for (id, (kind, attributes)) in &mut view.nodes {
-            self.streamed(*id, kind, attributes);
-        }
-        for (id, (kind, _, _, attributes)) in &mut view.edges {
-            self.streamed(*id, kind, attributes);
+        let nodes = view
+            .nodes
+            .iter_mut()
+            .map(|(id, (kind, all))| (id, kind, all));
+        let edges = view.edges.iter_mut();
+        let edges = edges.map(|(id, (kind, _, _, all))| (id, kind, all));
+        for (id, kind, attributes) in nodes.chain(edges) {
+            for (name, value) in self.streamed(*id, kind) {
+                if let Some(shown) = attributes.get_mut(name) {
+                    *shown = value.clone();
+                }
+            }
         }
         let wanted = view.graph(Arc::clone(&self.schema), self.replica.writer());
         let shown = wanted.and_then(|wanted| graph.adopt(time, &wanted.snapshot()));

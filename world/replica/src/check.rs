@@ -44,7 +44,7 @@ impl<'c> Check<'c> {
                     } else {
                         &mut unset
                     };
-                    all.insert((*of, name.as_str()));
+                    all.insert((*of, &**name));
                 }
                 Record::Removed { of, .. } => {
                     removed.insert(*of);

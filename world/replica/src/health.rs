@@ -92,7 +92,7 @@ impl Core {
     fn name(&self, id: Id) -> String {
         match self.replica.element(&self.schema, id) {
             Some(shown) => {
-                let name = shown.attributes.get("name");
+                let name = shown.get("name");
                 match name.and_then(property_graph::Value::as_str) {
                     Some(name) => format!("`{}`", clean_to(name, MOST_NAME)),
                     None => format!("a {}", clean_to(shown.kind, MOST_NAME)),

@@ -57,7 +57,7 @@ pub(crate) fn note(all: &mut VecDeque<Overruled>, replica: &Replica, delta: &Del
         }
         all.push_back(Overruled {
             of: *of,
-            attribute: name.clone(),
+            attribute: name.to_string(),
             shown: shown.cloned(),
             other: value.clone(),
             writer: stamp.writer,

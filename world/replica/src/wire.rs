@@ -2,9 +2,12 @@
 
 use crate::content::{Content, DigestOf, Topic};
 use crate::streams::Sample;
-use graph_merge::{Delta, Record, Stamp, Vector};
+use graph_merge::{Delta, Record, Vector};
 use property_graph::{Id, Time, Value};
-use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr, cdr_struct};
+use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr_struct};
+use steps::{put_steps, records};
+
+mod steps;
 
 #[derive(Clone, Debug, Default)]
 struct Key {
@@ -12,9 +15,6 @@ struct Key {
     count: u64,
 }
 cdr_struct!(Key: writer, count);
-
-/// A step has more bytes than this.
-const LEAST_STEP: usize = 80;
 
 #[derive(Clone, Debug, Default)]
 struct WireValue {
@@ -25,69 +25,6 @@ struct WireValue {
     bytes: Vec<u8>,
 }
 cdr_struct!(WireValue: kind, ints, floats, texts, bytes);
-
-fn begin_step(writer: &mut Writer<'_>, what: u8, stamp: Stamp, name: &str, (of, to): (&Key, &Key)) {
-    writer.put(&what);
-    writer.put(&stamp.count);
-    writer.put(&stamp.writer);
-    writer.put(&stamp.sequence);
-    cdr::text(name, writer);
-    writer.put(of);
-    writer.put(to);
-}
-
-fn put_steps(writer: &mut Writer<'_>, records: &[Record]) {
-    writer.length(records.len());
-    for record in records {
-        put_step(writer, record);
-    }
-}
-
-fn put_step(writer: &mut Writer<'_>, record: &Record) {
-    let (stamp, none) = (record.stamp(), Key::default());
-    match record {
-        Record::Node { kind, .. } => begin_step(writer, 0, stamp, kind, (&none, &none)),
-        Record::Edge { kind, from, to, .. } => {
-            begin_step(writer, 1, stamp, kind, (&key(*from), &key(*to)));
-        }
-        Record::Attribute { of, name, .. } => {
-            begin_step(writer, 2, stamp, name, (&key(*of), &none));
-        }
-        Record::Removed { of, .. } => begin_step(writer, 3, stamp, "", (&key(*of), &none)),
-    }
-    let value = match record {
-        Record::Attribute { value, .. } => value.as_ref(),
-        _ => None,
-    };
-    put_value(writer, value);
-}
-
-/// Writes a value as [`content`] has it, the usual ones without a copy.
-fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
-    match value {
-        Some(Value::Int(number)) => {
-            writer.put(&2_u8);
-            writer.length(1);
-            writer.put(number);
-            (0..3).for_each(|_| writer.length(0));
-        }
-        Some(Value::Float(number)) => {
-            writer.put(&3_u8);
-            writer.length(0);
-            writer.length(1);
-            writer.put(number);
-            (0..2).for_each(|_| writer.length(0));
-        }
-        Some(Value::Text(text)) => {
-            writer.put(&4_u8);
-            (0..2).for_each(|_| writer.length(0));
-            writer.length(1);
-            cdr::text(text, writer);
-            writer.length(0);
-        }
-        other => writer.put(&content(other)),
-    }
-}
 
 #[derive(Clone, Debug, Default)]
 struct StreamValue {
@@ -248,84 +185,6 @@ fn value(content: WireValue) -> Result<Option<Value>, DecodeError> {
             _ => return Err(wrong()),
         },
     ))
-}
-
-fn record(reader: &mut Reader<'_>) -> Result<Record, DecodeError> {
-    let what: u8 = reader.get()?;
-    let [count, by, sequence] = [reader.get()?, reader.get()?, reader.get()?];
-    let stamp = Stamp {
-        count,
-        writer: by,
-        sequence,
-    };
-    let name: String = reader.get()?;
-    let [of, to]: [Key; 2] = [reader.get()?, reader.get()?];
-    let value = read_value(reader)?;
-    Ok(match what {
-        0 => Record::Node { stamp, kind: name },
-        1 => Record::Edge {
-            stamp,
-            kind: name,
-            from: of.id(),
-            to: to.id(),
-        },
-        2 => Record::Attribute {
-            stamp,
-            of: of.id(),
-            name,
-            value,
-        },
-        3 => Record::Removed { stamp, of: of.id() },
-        other => {
-            return Err(DecodeError::NoSuchValue {
-                what: "a step of a change",
-                value: i64::from(other),
-            });
-        }
-    })
-}
-
-/// Reads a value as [`content`] has it, the usual ones without lists.
-fn read_value(reader: &mut Reader<'_>) -> Result<Option<Value>, DecodeError> {
-    let kind: u8 = reader.get()?;
-    let count = reader.length()?;
-    if (kind, count) == (2, 1) {
-        let number = reader.get()?;
-        let _: (Vec<f64>, Vec<String>) = (reader.get()?, reader.get()?);
-        let _: Vec<u8> = reader.get()?;
-        return Ok(Some(Value::Int(number)));
-    }
-    let ints = i64::decode_all(count, reader)?;
-    let count = reader.length()?;
-    if (kind, count) == (3, 1) {
-        let number = reader.get()?;
-        let _: (Vec<String>, Vec<u8>) = (reader.get()?, reader.get()?);
-        return Ok(Some(Value::Float(number)));
-    }
-    let floats = f64::decode_all(count, reader)?;
-    let count = reader.length()?;
-    if (kind, count) == (4, 1) {
-        let text: String = reader.get()?;
-        let _: Vec<u8> = reader.get()?;
-        return Ok(Some(Value::Text(text.into())));
-    }
-    value(WireValue {
-        kind,
-        ints,
-        floats,
-        texts: String::decode_all(count, reader)?,
-        bytes: reader.get()?,
-    })
-}
-
-fn records(reader: &mut Reader<'_>) -> Result<Vec<Record>, DecodeError> {
-    let count = reader.length()?;
-    // A false count allocates no memory.
-    let mut records = Vec::with_capacity(count.min(reader.rest().len() / LEAST_STEP));
-    for _ in 0..count {
-        records.push(record(reader)?);
-    }
-    Ok(records)
 }
 
 /// About how many bytes records have.

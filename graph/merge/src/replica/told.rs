@@ -1,9 +1,12 @@
-//! What a replica tells another one.
+//! What a replica tells another one, and what one that knows nothing takes of it.
 
+use super::load::Loaded;
 use super::{Made, Replica};
 use crate::hash::range_of;
 use crate::record::{Delta, Record, Stamp, Vector, count};
 use property_graph::Id;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 impl Replica {
     /// The changes that a replica with this vector lacks. An empty vector asks for all of them. A
@@ -43,11 +46,11 @@ impl Replica {
                 records.push(match made {
                     Made::Node(kind) => Record::Node {
                         stamp,
-                        kind: kind.clone(),
+                        kind: Arc::clone(kind),
                     },
                     Made::Edge(kind, from, to) => Record::Edge {
                         stamp,
-                        kind: kind.clone(),
+                        kind: Arc::clone(kind),
                         from: *from,
                         to: *to,
                     },
@@ -56,12 +59,12 @@ impl Replica {
             if let Some(stamp) = element.removed.filter(|stamp| wanted(*id, *stamp)) {
                 records.push(Record::Removed { stamp, of: *id });
             }
-            for (name, (stamp, value)) in &element.attributes {
+            for (name, (stamp, value)) in element.attributes.iter() {
                 if wanted(*id, *stamp) {
                     records.push(Record::Attribute {
                         stamp: *stamp,
                         of: *id,
-                        name: name.clone(),
+                        name: Arc::clone(name),
                         value: value.clone(),
                     });
                 }
@@ -78,5 +81,32 @@ impl Replica {
             records: self.records(|id, _| range_of(id, ranges) == range),
             ..self.empty_delta()
         }
+    }
+
+    /// Whether nothing is known that could contradict a record.
+    pub(super) fn is_blank(&self) -> bool {
+        self.elements.is_empty()
+            && self.edges.is_empty()
+            && self.gone.is_empty()
+            && self.seen.is_empty()
+    }
+
+    /// Applies changes of another replica where nothing is known, those of the writers that are wanted.
+    /// Returns the elements that all are about.
+    pub(super) fn load(
+        &mut self,
+        records: &[Record],
+        is_wanted: impl Fn(Stamp) -> bool,
+    ) -> BTreeSet<Id> {
+        let loaded = Loaded::of(records, is_wanted);
+        self.count = self.count.max(loaded.count);
+        self.elements = loaded.elements;
+        for edge in loaded.edges {
+            self.link(edge, None);
+        }
+        for record in loaded.rest {
+            self.put(record, false);
+        }
+        loaded.touched
     }
 }

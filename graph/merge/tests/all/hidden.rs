@@ -127,7 +127,7 @@ fn show(
             }
         };
         for name in ["number", "x"] {
-            match own.attributes.get(name) {
+            match own.get(name) {
                 Some(value) => edit.set(element, name, value.clone())?,
                 None if edit.snapshot().get(element, name).is_some() => {
                     edit.unset(element, name)?;

@@ -15,7 +15,7 @@ fn replay(log: &[Record]) -> BTreeMap<Id, (String, BTreeMap<String, Value>)> {
     for record in &sorted {
         match record {
             Record::Node { kind, .. } => {
-                living.insert(record.of(), (kind.clone(), BTreeMap::new()));
+                living.insert(record.of(), (kind.to_string(), BTreeMap::new()));
             }
             Record::Edge { kind, from, to, .. } => {
                 let made = format!("{kind} {from:?} {to:?}");
@@ -26,8 +26,8 @@ fn replay(log: &[Record]) -> BTreeMap<Id, (String, BTreeMap<String, Value>)> {
             } => {
                 if let Some((_, attributes)) = living.get_mut(of) {
                     match value {
-                        Some(value) => attributes.insert(name.clone(), value.clone()),
-                        None => attributes.remove(name),
+                        Some(value) => attributes.insert(name.to_string(), value.clone()),
+                        None => attributes.remove(&**name),
                     };
                 }
             }

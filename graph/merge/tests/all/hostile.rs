@@ -3,6 +3,7 @@
 
 use graph_merge::{Delta, Error, MOST_ELEMENTS, Record, Replica, Stamp};
 use property_graph::{Id, Value};
+use std::sync::Arc;
 
 /// A replica with a node of its own, and one that it knows of.
 fn victim() -> (Replica, [Id; 2]) {
@@ -37,7 +38,7 @@ fn attribute(of: Id, name: &str, value: Value) -> Record {
     Record::Attribute {
         stamp: stamp(9, 2, 2),
         of,
-        name: name.to_owned(),
+        name: name.into(),
         value: Some(value),
     }
 }
@@ -61,14 +62,14 @@ fn numbers_that_nobody_counts_to_are_refused() {
     for number in [1 << 63, (1 << 63) - 1, u64::MAX, (1 << 62) + 1, 1 << 60] {
         let node = |stamp| Record::Node {
             stamp,
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
         };
         refused(&delta(vec![node(stamp(number, 2, 2))]), Error::TooFar(2));
         refused(&delta(vec![node(stamp(9, 2, number))]), Error::TooFar(2));
         let to = Id::new(7, number);
         let edge = Record::Edge {
             stamp: stamp(9, 2, 2),
-            kind: "to".to_owned(),
+            kind: "to".into(),
             from: own,
             to,
         };
@@ -102,7 +103,7 @@ fn no_sequence_of_messages_uses_the_numbers_up() {
         let next = known + (1 << 48) - 1;
         let node = Record::Node {
             stamp: stamp(next, 2, next),
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
         };
         let lie = Delta {
             upto: [(2, next)].into(),
@@ -191,10 +192,10 @@ fn names_and_values_that_no_graph_has_are_refused() {
     let (_, [_, other]) = victim();
     let long = "n".repeat(257);
     for name in ["", "a\nb", "\u{1b}[31m", "a\0", "\u{85}", long.as_str()] {
-        let kind = name.to_owned();
+        let kind: Arc<str> = name.into();
         let node = Record::Node {
             stamp: stamp(9, 2, 2),
-            kind: kind.clone(),
+            kind: Arc::clone(&kind),
         };
         refused(&delta(vec![node]), Error::Name(2));
         let edge = Record::Edge {
@@ -243,33 +244,33 @@ fn nobody_else_says_what_this_writer_has_changed() {
     let lies = [
         Record::Node {
             stamp: of_first,
-            kind: "place".to_owned(),
+            kind: "place".into(),
         },
         Record::Edge {
             stamp: of_first,
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
             from: own,
             to: own,
         },
         Record::Node {
             stamp: stamp(7, 1, 1),
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
         },
         Record::Attribute {
             stamp: stamp(2, 1, 2),
             of: own,
-            name: "x".to_owned(),
+            name: "x".into(),
             value: Some(2_i64.into()),
         },
         Record::Attribute {
             stamp: stamp(2, 1, 2),
             of: own,
-            name: "x".to_owned(),
+            name: "x".into(),
             value: None,
         },
         Record::Node {
             stamp: stamp(3, 1, 3),
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
         },
     ];
     for lie in lies {
@@ -286,7 +287,7 @@ fn more_than_a_replica_keeps_is_refused() {
     let nodes = |count: u64| {
         let node = |at| Record::Node {
             stamp: stamp(at, 2, at),
-            kind: "thing".to_owned(),
+            kind: "thing".into(),
         };
         Delta {
             upto: [(2, count)].into(),

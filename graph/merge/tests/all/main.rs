@@ -5,6 +5,7 @@ mod dsr;
 mod hidden;
 mod histories;
 mod hostile;
+mod loading;
 mod removals;
 mod repair;
 mod schema;

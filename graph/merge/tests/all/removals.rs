@@ -191,7 +191,7 @@ fn damaged_deltas_are_refused_and_change_nothing() {
                     writer,
                     sequence,
                 },
-                kind: "thing".to_owned(),
+                kind: "thing".into(),
             }];
         })
     };
@@ -346,7 +346,7 @@ fn the_bound_holds_for_any_removals() {
             Record::Attribute {
                 stamp,
                 of,
-                name: "x".to_owned(),
+                name: "x".into(),
                 value: None,
             }
         }
@@ -378,7 +378,7 @@ fn the_bound_holds_for_any_removals() {
             writer: 5,
             sequence: 100,
         },
-        kind: "thing".to_owned(),
+        kind: "thing".into(),
     };
     d.merge(&delta_of(made)).expect("a sound delta");
     assert!(d.tombstones() == 0 && !d.has(of));
@@ -432,26 +432,26 @@ fn two_changes_with_one_stamp_end_the_same_everywhere() {
     let records = [
         Record::Edge {
             stamp: stamp(1),
-            kind: "in".to_owned(),
+            kind: "in".into(),
             from: end(1),
             to: end(2),
         },
         Record::Edge {
             stamp: stamp(1),
-            kind: "in".to_owned(),
+            kind: "in".into(),
             from: end(1),
             to: end(3),
         },
         Record::Attribute {
             stamp: stamp(2),
             of: Id::new(1, 1),
-            name: "x".to_owned(),
+            name: "x".into(),
             value: Some(1_i64.into()),
         },
         Record::Attribute {
             stamp: stamp(2),
             of: Id::new(1, 1),
-            name: "x".to_owned(),
+            name: "x".into(),
             value: Some(2_i64.into()),
         },
     ];

@@ -95,9 +95,9 @@ fn living(log: &[Record]) -> BTreeMap<Id, Plain> {
     let mut removed = BTreeSet::new();
     for record in sorted {
         let (stamp, id) = (record.stamp(), record.of());
-        let new = |kind: &String, ends| Plain {
+        let new = |kind: &str, ends| Plain {
             stamp,
-            kind: kind.clone(),
+            kind: kind.to_owned(),
             ends,
             attributes: BTreeMap::new(),
         };
@@ -108,8 +108,8 @@ fn living(log: &[Record]) -> BTreeMap<Id, Plain> {
             }
             Record::Attribute { name, value, .. } => {
                 let of = all.get_mut(&id).expect("made before it is changed");
-                of.attributes.remove(name);
-                let value = value.clone().map(|value| (name.clone(), value));
+                of.attributes.remove(&**name);
+                let value = value.clone().map(|value| (name.to_string(), value));
                 of.attributes.extend(value);
             }
             Record::Removed { .. } => drop(removed.insert(id)),
