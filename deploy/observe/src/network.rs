@@ -465,6 +465,9 @@ fn not_running(network: &str) -> Error {
     let mut known = connection::networks();
     known.extend(by_hand::networks());
     known.retain(|known| known != network);
+    // A network with a supervisor may be in both.
+    known.sort_unstable();
+    known.dedup();
     let help = match rc_diagnostics::nearest(network, known.iter().map(String::as_str)) {
         Some(near) => format!("; did you mean `{near}`?"),
         None if known.is_empty() => String::new(),

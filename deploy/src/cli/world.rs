@@ -219,8 +219,8 @@ fn set(network: &str, changes: &[(String, String)], format: Format) -> Result<u8
     });
     let token = changed.map_err(|error| Failure(2, error.to_string()))?;
     let before = &world;
-    if listener.world.snapshot().version() != before.version() && listener.spread(token)?.is_none()
-    {
+    // Values that were set already are no change.
+    if token.sequence > 0 && listener.spread(token)?.is_none() {
         return Ok(0);
     }
     let now = listener.world.snapshot();

@@ -147,6 +147,8 @@ fn a_running_network_is_listed_shown_measured_and_called() {
     let elsewhere = site.rcdeploy(&["list", "elsewhere"], false);
     let told = format!("; these networks run: {}", site.network);
     assert!(elsewhere.stderr.contains(&told), "{elsewhere:?}");
+    let count = elsewhere.stderr.matches(&site.network).count();
+    assert_eq!(count, 1, "{elsewhere:?}");
     each_connection_has_a_latency_beside_that_of_the_last_run(&site);
     the_start_shows_who_waited_for_whom(&site);
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);

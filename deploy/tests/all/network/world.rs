@@ -101,6 +101,8 @@ fn commands_read_change_ask_and_compare_a_world() {
         set,
         "front.width = 0.95, was 0.8\nkitchen.length = 5.0, was 4.0\n"
     );
+    let again = done("set", &["front.width=95 cm"]);
+    assert_eq!(again, "front.width = 0.95, was 0.95\n");
     for replica in ["door_finder", "room_keeper"] {
         let of = format!("{network}@{replica}");
         let width = site.rcdeploy(&["world", "diff", &of, network, "--format", "json"], false);
