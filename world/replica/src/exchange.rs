@@ -22,6 +22,12 @@ const PATIENCE: Duration = Duration::from_millis(30);
 /// Before that time, a replica has not joined: one that has everything may not have announced
 /// itself yet.
 const JOINING: Duration = Duration::from_millis(2500);
+/// A replica that comes is told at once by one of the others, and by each further one so much later.
+const RANK: Duration = Duration::from_millis(2);
+/// The last of the others tell it together.
+const MOST_RANKS: usize = 15;
+/// So long after an announcement, a replica makes no other one for those that come.
+const ALL_RANKS: Duration = Duration::from_millis(30);
 /// How many edges a replica removes at once: a message holds them.
 const MOST_TIDIED: usize = 256;
 
@@ -285,10 +291,16 @@ impl Core {
             return self.protocol.refuse("a replica has another schema");
         }
         if is_new && !digest.is_leaving {
-            // Not all at once.
-            let rank = self.protocol.writer % 16;
-            let soon = now.saturating_add(Duration::from_millis(rank * 2));
-            self.protocol.next_digest = self.protocol.next_digest.min(soon);
+            // Not all at once, and not for each of many that come.
+            let protocol = &mut self.protocol;
+            let others = protocol.peers.live();
+            let is_before = |other: u64| other < protocol.writer && other != digest.sender;
+            let before = others.filter(|(other, _)| is_before(*other));
+            let rank = before.take(MOST_RANKS).count() as u32;
+            let again = protocol.told.map(|told| told.saturating_add(ALL_RANKS));
+            let soon = now.saturating_add(RANK * rank);
+            let soon = soon.max(again.unwrap_or_default());
+            protocol.next_digest = protocol.next_digest.min(soon);
         }
         self.replica.acknowledge(digest.sender, &digest.seen);
         let answers = &mut self.protocol.answers;
@@ -401,6 +413,7 @@ impl Core {
         self.protocol.answers.expire(now);
         self.repeat_streams(now);
         self.tell(false);
+        self.protocol.told = Some(now);
         self.protocol.next_digest = now.saturating_add(PERIOD);
         if self.lacks() {
             self.protocol.ask_by(now);

@@ -36,6 +36,8 @@ pub(crate) struct Protocol {
     pub(crate) outbox_bytes: usize,
     pub(crate) outbox: VecDeque<Message>,
     pub(crate) next_digest: Duration,
+    /// When it last announced its state.
+    pub(crate) told: Option<Duration>,
     /// When to look for something to ask.
     pub(crate) ask_at: Option<Duration>,
     /// The time of the last change, for samples of streams.
@@ -61,6 +63,7 @@ impl Protocol {
             outbox_bytes: 0,
             outbox: VecDeque::new(),
             next_digest: Duration::ZERO,
+            told: None,
             ask_at: None,
             stream_time: Time::ZERO,
             started: None,

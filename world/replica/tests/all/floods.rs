@@ -1,9 +1,10 @@
-//! Strangers that send as much as they can, and clocks that jump.
+//! Strangers that send as much as they can, clocks that jump, and readers that sleep.
 
-use crate::network::{add, flat};
+use crate::network::{add, flat, through_bytes};
 use crate::wrong::{StepOf, digest, schema_of, steps};
 use property_graph::{Id, Schema, Time};
 use rc_world::{Setup, World};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -106,4 +107,63 @@ fn replicas_go_on_while_the_clock_of_one_jumps() {
             );
         }
     }
+}
+
+/// A process that stands still for a minute makes no turn, and its queues keep the last messages: it wakes with
+/// old ones, at a much later time.
+#[test]
+fn a_reader_that_sleeps_for_a_minute_wakes_with_old_messages_and_catches_up() {
+    let worlds =
+        [7, 8, 9].map(|writer| World::new(Setup::new("agent", flat()).with_writer(writer)));
+    let mut queues = [(); 3].map(|()| VecDeque::new());
+    let mut now = SECOND;
+    let mut step = |awake: &[usize], now: Duration| {
+        for at in awake {
+            while let Some(message) = queues[*at].pop_front() {
+                worlds[*at].receive(now, message);
+            }
+            worlds[*at].turn(now);
+            while let Some(message) = worlds[*at].take() {
+                for (to, queue) in queues.iter_mut().enumerate().filter(|(to, _)| to != at) {
+                    queue.push_back(through_bytes(&message));
+                    if queue.len() > 32 && to == 2 {
+                        queue.pop_front();
+                    }
+                }
+            }
+        }
+    };
+    let equal = |now: Duration| {
+        let digests = worlds.each_ref().map(|world| world.status(now).digest);
+        digests[0] == digests[1] && digests[1] == digests[2]
+    };
+    for _ in 0..400 {
+        now += Duration::from_millis(10);
+        step(&[0, 1, 2], now);
+    }
+    assert!(worlds[2].has_joined());
+    for number in 0..6000 {
+        now += Duration::from_millis(10);
+        if number % 10 == 0 {
+            let name = |number: usize| format!("room {number}");
+            add(&worlds[number / 10 % 2], "room", &name(number));
+            let removed = worlds[0].change(|edit| {
+                let old = number.checked_sub(100).map(name).unwrap_or_default();
+                let room = edit.snapshot().named(&old).next();
+                room.map_or(Ok(()), |room| Ok(edit.remove_node(room)?))
+            });
+            removed.expect("a sound change");
+        }
+        step(&[0, 1], now);
+    }
+    // Nobody waits for it: removals are forgotten.
+    assert!(worlds[0].status(now).tombstones < 30);
+    assert!(!equal(now));
+    for _ in 0..500 {
+        now += Duration::from_millis(10);
+        step(&[0, 1, 2], now);
+    }
+    assert!(equal(now));
+    assert!((9..13).contains(&worlds[2].snapshot().node_count()));
+    assert!(!worlds[2].status(now).is_behind);
 }

@@ -5,6 +5,7 @@ mod dsr_programs;
 mod floods;
 mod frames;
 mod gaps;
+mod joining;
 mod network;
 mod news;
 mod partitions;

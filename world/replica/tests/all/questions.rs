@@ -10,17 +10,17 @@ use std::time::Duration;
 
 const SECOND: Duration = Duration::from_secs(1);
 /// The writer of a stranger who announces changes that nobody gets.
-const STRANGER: u64 = 9;
+pub(crate) const STRANGER: u64 = 9;
 /// The writers of the first two replicas of a [`Network`].
 const FIRST: u64 = 101;
 const SECOND_ONE: u64 = 102;
 
-fn world(writer: u64) -> World {
+pub(crate) fn world(writer: u64) -> World {
     World::new(Setup::new("mapper", flat()).with_writer(writer))
 }
 
 /// The replica that is asked, and the number of the question.
-fn asked(message: &Message) -> Option<(u64, u64)> {
+pub(crate) fn asked(message: &Message) -> Option<(u64, u64)> {
     if message.topic() != Topic::Ask {
         return None;
     }
@@ -46,7 +46,7 @@ fn question(sender: u64, to: u64, number: u64) -> Message {
 }
 
 /// The first part of the stranger's answer.
-fn chunk(to: u64, number: u64, count: u32, bytes: &[u8]) -> Message {
+pub(crate) fn chunk(to: u64, number: u64, count: u32, bytes: &[u8]) -> Message {
     let mut writer = Writer::default();
     writer.put(&STRANGER);
     writer.put(&to);

@@ -160,6 +160,13 @@ pub(crate) fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
     writer.put(&0_i64);
     writer.put(&since);
     writer.put(&(since + steps.len() as u64));
+    put_steps(&mut writer, since, steps);
+    let bytes = writer.into_bytes();
+    Message::decode(Topic::Change, &mut Reader::new(&bytes)).expect("a message")
+}
+
+/// Writes steps of the writer 9 that follow this one.
+pub(crate) fn put_steps(writer: &mut Writer<'_>, since: u64, steps: &[StepOf<'_>]) {
     writer.put(&(steps.len() as u32));
     for ((what, name, of, to, value), sequence) in steps.iter().zip(since + 1..) {
         writer.put(what);
@@ -193,8 +200,6 @@ pub(crate) fn steps(schema: u64, since: u64, steps: &[StepOf<'_>]) -> Message {
         writer.put(&texts);
         writer.put(&bytes);
     }
-    let bytes = writer.into_bytes();
-    Message::decode(Topic::Change, &mut Reader::new(&bytes)).expect("a message")
 }
 
 /// Whether a world still shows what is changed.
@@ -286,8 +291,7 @@ fn counts_near_the_end_and_times_far_ahead_do_no_harm() {
     let far = Forged {
         schema,
         sender: 9,
-        // The year 2500.
-        time: 16_725_225_600_000_000_000_i128 as i64,
+        time: 0,
         since: 0,
         upto: 1,
         count: 1 << 63,
@@ -301,17 +305,25 @@ fn counts_near_the_end_and_times_far_ahead_do_no_harm() {
         refusal,
         "the delta is damaged: a number of writer 9 is too far ahead"
     );
-    let late = Forged {
-        count: 1,
-        time: i64::MAX,
-        ..far
-    };
-    world.receive(SECOND, late.message());
-    assert_eq!(world.snapshot().node_count(), 1);
-    // The clock of this replica stands at zero: others may be ahead by a second.
-    assert_eq!(world.snapshot().time(), SECOND);
+    // The latest time of a message, and the year 2500, which becomes one before 1970 in 64 bits.
+    let year_2500 = 16_725_225_600_000_000_000_u64.cast_signed();
+    for (at, time) in (0..).zip([i64::MAX, year_2500]) {
+        let late = Forged {
+            since: at,
+            upto: at + 1,
+            sequence: at + 1,
+            count: 1,
+            time,
+            ..far
+        };
+        world.receive(SECOND, late.message());
+        assert_eq!(world.snapshot().node_count() as u64, at + 1);
+        // The clock of this replica stands at zero: others may be ahead by a second. No version is
+        // before the last one.
+        assert_eq!(world.snapshot().time(), SECOND);
+    }
     add(&world, "room", "kitchen");
-    assert_eq!(world.snapshot().node_count(), 2);
+    assert_eq!(world.snapshot().node_count(), 3);
 }
 
 #[test]
