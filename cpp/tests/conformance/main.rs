@@ -343,6 +343,20 @@ fn clang_builds_a_component_and_its_test() {
     }
 }
 
+/// Names of an interface that are words of C++ are names of its code all the same.
+#[test]
+fn words_of_cpp_are_names_of_generated_code() {
+    let test = "words_of_cpp_are_names_of_generated_code";
+    for compiler in ["g++", "clang++"] {
+        if runs(compiler) {
+            package::check(compiler, &["-std=c++17", "-Wall", "-Wpedantic"], "words");
+        } else {
+            let missing = format!("there is no {compiler} in the path");
+            rc_test_support::python::skipped(test, &missing);
+        }
+    }
+}
+
 /// A project of a user may have strict flags, and a later C++.
 #[test]
 fn strict_flags_find_nothing_in_headers_and_generated_code() {

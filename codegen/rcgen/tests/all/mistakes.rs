@@ -179,6 +179,49 @@ fn a_subscribed_operation_with_a_result_is_a_warning_for_files_of_robocomp() {
     assert_eq!(check(&["--robocomp"]), (1, false, true));
 }
 
+/// Names of an interface that C++ has no way to write.
+#[test]
+fn names_that_cpp_cannot_have() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (module, types, found) in [
+        (
+            "std",
+            "",
+            "M.idsl:1:8: error[not-in-cpp]: C++ cannot have a module `std`: the word is taken (give the module another name, or \
+             write the component in Rust or Python)",
+        ),
+        (
+            "class",
+            "",
+            "M.idsl:1:8: error[not-in-cpp]: C++ cannot have a module `class`: the word is taken (give the module another name, or \
+             write the component in Rust or Python)",
+        ),
+        (
+            "M",
+            "struct M { int x; };",
+            "M.idsl:1:19: error[not-in-cpp]: C++ cannot have `M` in a module `M`",
+        ),
+        (
+            "M",
+            "struct S { int S; };",
+            "M.idsl:1:27: error[not-in-cpp]: C++ cannot have a member `S` in `S`",
+        ),
+    ] {
+        let idsl = format!("module {module} {{ {types} interface A {{ void a(int x); }}; }};\n");
+        std::fs::write(folder.path().join("M.idsl"), idsl).expect("a file");
+        let text =
+            "import \"M.idsl\";\nComponent c { Communications { requires A; }; language cpp; };\n";
+        std::fs::write(folder.path().join("c.cdsl"), text).expect("a file");
+        for words in [
+            &["check", "c.cdsl", "--format", "short"][..],
+            &["c.cdsl", "--dry-run", "--format", "short"],
+        ] {
+            let (code, _, err) = rcgen(folder.path(), words);
+            assert_eq!((code, err), (1, format!("{found}\n")), "{module}");
+        }
+    }
+}
+
 /// A collection in C++ is a function of the worker beside those that every worker has.
 #[test]
 fn a_collection_in_cpp_has_a_name_of_its_own() {
