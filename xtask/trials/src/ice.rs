@@ -76,18 +76,27 @@ pub(crate) fn build() -> Result<PathBuf, Failure> {
     Ok(out.join("echo"))
 }
 
-/// Runs a tool of the system. If it is missing, the error says how to install it.
+/// Runs a tool of the system. If it or the headers of Ice are missing, the error says how to install them.
 fn run_tool(command: Command, name: &str) -> Result<(), Failure> {
-    let missing = |error: &(dyn std::error::Error + 'static)| {
-        let error = error.downcast_ref::<std::io::Error>();
-        error.is_some_and(|e| e.kind() == std::io::ErrorKind::NotFound)
+    let Err(error) = finish(command, BUILD) else {
+        return Ok(());
     };
-    match finish(command, BUILD) {
-        Ok(_) => Ok(()),
-        Err(error) if missing(error.as_ref()) => Err(format!(
-            "{name} is not there, and this benchmark needs Ice for C++; on Debian and Ubuntu: apt install zeroc-ice-all-dev g++"
-        )
-        .into()),
-        Err(error) => Err(error),
-    }
+    let of_system = error.downcast_ref::<std::io::Error>();
+    let is_missing = of_system.is_some_and(|e| e.kind() == std::io::ErrorKind::NotFound);
+    // g++ and clang++ name a header that they do not find.
+    let text = error.to_string();
+    let lacks_header = text
+        .lines()
+        .any(|line| line.contains("fatal error:") && line.contains("Ice"));
+    let what = if is_missing {
+        name
+    } else if lacks_header {
+        "a header of Ice"
+    } else {
+        return Err(error);
+    };
+    Err(format!(
+        "{what} is not there, and this benchmark needs Ice for C++; on Debian and Ubuntu: apt install zeroc-ice-all-dev g++"
+    )
+    .into())
 }
