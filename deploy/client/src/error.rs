@@ -125,10 +125,12 @@ pub enum Error {
         reply: String,
     },
     /// There is no log to show.
-    #[error("there is no log {what}; `rcdeploy status` names the components of a network")]
+    #[error("there is no log {what}; {help}")]
     NoLog {
         /// The file or folder.
         what: String,
+        /// The nearest name that has one, or all such names.
+        help: String,
     },
     /// A component that was started by hand prints to a terminal or a pipe.
     #[error(

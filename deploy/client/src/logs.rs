@@ -193,6 +193,10 @@ pub fn print(
     let directory = directory(network);
     let nothing = |what: &Path| Error::NoLog {
         what: what.display().to_string(),
+        help: match component.filter(|_| directory.exists()) {
+            Some(name) => instead_of(name, "components", &names(&directory)),
+            None => instead_of(network, "networks", &networks()),
+        },
     };
     let by_hand = by_hand_logs(network, component)?;
     let paths: BTreeMap<String, PathBuf> = match component {
@@ -325,6 +329,31 @@ fn names(directory: &Path) -> Vec<String> {
     names
 }
 
+/// The networks that have logs.
+fn networks() -> Vec<String> {
+    let entries = std::fs::read_dir(root()).into_iter().flatten().flatten();
+    let folders = entries.filter(|entry| entry.path().is_dir());
+    let mut names: Vec<String> = folders
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(|name| check_name("network", name).is_ok())
+        .collect();
+    names.sort();
+    names
+}
+
+/// How many names a message lists.
+const MOST_LISTED: usize = 12;
+
+/// What has a log where `name` has none.
+fn instead_of(name: &str, what: &str, known: &[String]) -> String {
+    match rc_diagnostics::nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => format!("no {what} have logs here"),
+        None if known.len() > MOST_LISTED => format!("{} {what} have logs", known.len()),
+        None => format!("these {what} have logs: {}", known.join(", ")),
+    }
+}
+
 fn wait(watch: Option<&DirectoryWatch>) -> Result<(), Error> {
     let Some(watch) = watch else {
         std::thread::sleep(PAUSE);
@@ -421,5 +450,19 @@ mod tests {
                 "avoider: error: the component panicked",
             ]
         );
+    }
+
+    #[test]
+    fn a_name_without_a_log_gets_the_nearest_one_or_all() {
+        let known = ["avoider", "monitor"].map(str::to_owned);
+        let told = |name: &str, known: &[String]| instead_of(name, "components", known);
+        assert_eq!(told("avoidr", &known), "did you mean `avoider`?");
+        assert_eq!(
+            told("x", &known),
+            "these components have logs: avoider, monitor"
+        );
+        assert_eq!(told("x", &[]), "no components have logs here");
+        let many: Vec<String> = (0..13).map(|n| format!("component{n}")).collect();
+        assert_eq!(told("x", &many), "13 components have logs");
     }
 }

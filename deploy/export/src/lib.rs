@@ -282,7 +282,7 @@ impl Source<'_> {
             notes.push("all paths are those of this machine: programs and configurations have to be there on the others, too".to_owned());
         }
         if self.parts().any(|part| part.memory) {
-            notes.push("no guard holds the shared memory: of the components of a network the last one to end wipes it, and the next start what the dead left".to_owned());
+            notes.push("no guard holds the shared memory: the last component of a network to end removes it, and the next start removes what killed ones have left".to_owned());
         }
         if self
             .parts()
@@ -297,7 +297,8 @@ impl Source<'_> {
             notes.push("`record { exact; }` is not exported: give the component `args \"--record\", FILE;`".to_owned());
         }
         notes.push(
-            "`rcdeploy status`, `logs` and `down` know only what rcdeploy has started".to_owned(),
+            "`rcdeploy status`, `logs` and `down` know only networks that rcdeploy has started"
+                .to_owned(),
         );
         notes
     }

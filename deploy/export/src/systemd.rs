@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 pub(super) fn units(source: &Source<'_>) -> Export {
     let mut notes = vec![
-        "the units are for `systemctl --user`; for the system's manager give each a `User=`, the same for all".to_owned(),
+        "the units are for `systemctl --user`; for the manager of the system, add the same `User=` to all of them".to_owned(),
     ];
     if source.restarts() {
         notes.push("a component whose first start fails is started again as its policy says; rcdeploy would stop the network at once".to_owned());

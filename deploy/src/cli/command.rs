@@ -312,7 +312,7 @@ pub(super) enum Command {
         #[arg(long, value_name = "PATH")]
         field: Vec<String>,
         /// Ends after this many messages.
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
         count: Option<u64>,
         /// Ends after one message.
         #[arg(long, conflicts_with = "count")]

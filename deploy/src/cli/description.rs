@@ -8,13 +8,19 @@ use rc_codegen::{FileLoader, installed};
 use rc_deploy_network::{Network, Overrides};
 use rc_diagnostics::{Diagnostics, Severity, SourceMap};
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Reads a network and prints nothing.
 fn read_silently(
     input: &Input,
     loader: &FileLoader,
 ) -> Result<(Option<Network>, SourceMap, Diagnostics), Failure> {
+    let ending = input.file.extension().and_then(|ending| ending.to_str());
+    if let Some("cdsl" | "idsl" | "pdsl" | "smdsl" | "scxml") = ending {
+        let file = input.file.display();
+        let message = format!("{file} is not a network; `rcgen check {file}` checks it");
+        return Err(Failure(2, message));
+    }
     let mut sources = SourceMap::new();
     let transports = transport::measured()?;
     let overrides = Overrides {
@@ -24,7 +30,9 @@ fn read_silently(
     };
     let (network, found) = rc_deploy_network::load(&input.file, &overrides, &mut sources, loader)
         .map_err(|error| {
-        let help = copy_installed(&input.file, &error).unwrap_or_default();
+        let help = copy_installed(&input.file, &error);
+        let help = help.or_else(|| network_at(&input.file));
+        let help = help.unwrap_or_default();
         system(&format!("{}: {error}{help}", input.file.display()))
     })?;
     Ok((network, sources, found))
@@ -40,6 +48,27 @@ fn copy_installed(file: &Path, error: &std::io::Error) -> Option<String> {
         installed.display(),
         copy.display()
     ))
+}
+
+/// The network that a folder, or a name without ending, most likely means.
+fn network_at(path: &Path) -> Option<String> {
+    let is_network = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "ddsl");
+    if !path.is_dir() {
+        let named = path.with_extension("ddsl");
+        return named
+            .exists()
+            .then(|| format!("; did you mean `{}`?", named.display()));
+    }
+    let entries = std::fs::read_dir(path).ok()?.flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(is_network)
+        .collect();
+    files.sort();
+    Some(match files.first() {
+        Some(file) => format!("; a network is a file, such as `{}`", file.display()),
+        None => "; a network is a .ddsl file".to_owned(),
+    })
 }
 
 /// Reads a network, runs further checks (`more`), and prints the findings.
@@ -122,4 +151,25 @@ pub(super) fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8,
         ));
     }
     Ok(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::network_at;
+
+    #[test]
+    fn a_folder_and_a_name_lead_to_the_network() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| network_at(&folder.path().join(name));
+        let told = network_at(folder.path());
+        assert_eq!(told.as_deref(), Some("; a network is a .ddsl file"));
+        let file = folder.path().join("robot.ddsl");
+        std::fs::write(&file, "").expect("a file");
+        let shown = file.display();
+        assert_eq!(at("robot"), Some(format!("; did you mean `{shown}`?")));
+        assert_eq!(at("other"), None);
+        let told = network_at(folder.path());
+        let wanted = format!("; a network is a file, such as `{shown}`");
+        assert_eq!(told, Some(wanted));
+    }
 }

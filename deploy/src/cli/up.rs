@@ -77,6 +77,12 @@ pub(super) fn up(
         refused?;
         network?
     };
+    if network.projects.is_empty() {
+        print_note(&format_args!(
+            "{} has no components yet: add `Component NAME {{ cdsl \"…\"; }};`",
+            input.file.display()
+        ));
+    }
     let mut plan = network.plan(input.profile)?;
     for note in debugging.wrap(&mut plan)? {
         print_note(&note);

@@ -31,13 +31,14 @@ pub(crate) struct Machine<'a> {
 impl Machine<'_> {
     /// Runs all checks, in the order in which a network needs their subjects.
     pub(crate) fn examine(&self) -> Vec<Finding> {
-        let checks: [fn(&Self) -> Finding; 12] = [
+        let checks: [fn(&Self) -> Finding; 13] = [
             Self::shared_memory,
             Self::logout,
             Self::watches,
             Self::real_time,
             Self::disk,
             Self::build,
+            Self::cpp,
             Self::python,
             Self::ros,
             Self::multicast,
@@ -187,6 +188,21 @@ impl Machine<'_> {
             return Finding::error(CHECK, "there is no C compiler `cc` in the PATH", fix);
         }
         Finding::ok(CHECK, format!("rustc {version}, cargo and cc are there"))
+    }
+
+    fn cpp(&self) -> Finding {
+        const CHECK: &str = "C++";
+        let fix = "apt install cmake g++";
+        let Some(said) = self.said("cmake", &["--version"]) else {
+            let found = "there is no cmake in the PATH, which components in C++ need";
+            return Finding::warning(CHECK, found, fix);
+        };
+        if self.said("c++", &["--version"]).is_none() {
+            let found = "there is no compiler `c++` in the PATH, which components in C++ need";
+            return Finding::warning(CHECK, found, fix);
+        }
+        let version = said.lines().next().unwrap_or_default();
+        Finding::ok(CHECK, format!("{version} and c++ are there"))
     }
 
     fn python(&self) -> Finding {
@@ -442,7 +458,8 @@ pub(super) mod tests {
             is(&machine.python(), Grade::Warning, "there is no python3");
             is(&machine.multicast(), Grade::Warning, "no interface");
             is(&machine.clock(), Grade::Warning, "nothing sets it");
-            assert_eq!(machine.examine().len(), 12);
+            is(&machine.cpp(), Grade::Warning, "there is no cmake");
+            assert_eq!(machine.examine().len(), 13);
         });
         let limit = "proc/sys/fs/inotify/max_user_instances";
         with(&[(limit, "12\n")], &[], |machine| {
@@ -491,6 +508,39 @@ pub(super) mod tests {
         ] {
             with(&[], variables, |machine| is(&machine.ros(), grade, words));
         }
+    }
+
+    #[test]
+    fn what_a_component_in_cpp_needs_is_named() {
+        let program = "#!/bin/sh\necho tool 3.31\n";
+        with(
+            &[("bin/cmake", program), ("more/c++", program)],
+            &[],
+            |machine| {
+                for path in ["/bin/cmake", "/more/c++"] {
+                    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+                    std::fs::set_permissions(machine.path(path), mode).expect("to set");
+                }
+                let looks = |folders: &[&str]| {
+                    let folders = folders.iter().map(|f| machine.path(f));
+                    let path = std::env::join_paths(folders).expect("a path");
+                    let variable = |name: &str| match name {
+                        "PATH" => Some(path.to_string_lossy().into_owned()),
+                        _ => None,
+                    };
+                    let machine = Machine {
+                        root: machine.root.clone(),
+                        variable: &variable,
+                        user: 0,
+                        folder: machine.folder.clone(),
+                    };
+                    machine.cpp()
+                };
+                is(&looks(&["/none"]), Grade::Warning, "there is no cmake");
+                is(&looks(&["/bin"]), Grade::Warning, "no compiler `c++`");
+                is(&looks(&["/bin", "/more"]), Grade::Ok, "tool 3.31 and c++");
+            },
+        );
     }
 
     #[test]
