@@ -2,12 +2,12 @@
 
 use super::{Finding, Grade};
 use crate::process::identity::Mark;
+use crate::remote::complaint::Complaint;
 use crate::remote::{is_served, ssh};
 use rc_ddsl::model::Processor;
 use rc_deploy_network::plan::{Elsewhere, Host};
 use rc_diagnostics::foreign;
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::Read;
 use std::time::{Duration, Instant};
 
 /// How long the machine may take to answer. ssh itself gives up after five seconds.
@@ -36,9 +36,7 @@ pub(crate) fn of_host(host: &Host, mark: &Mark) -> Finding {
 /// The output of the script there.
 pub(crate) fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     let failed = |error: std::io::Error| error.to_string();
-    let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
-    let mut complaint = File::from(memory.map_err(|e| failed(e.into()))?);
-    let log = complaint.try_clone().map_err(failed)?;
+    let (complaint, log) = Complaint::new().map_err(failed)?;
     let (mut child, stream) = ssh::start(host, SCRIPT, log, mark)?;
     let end = Instant::now() + LIMIT;
     let mut said = Vec::new();
@@ -65,19 +63,12 @@ pub(crate) fn answer(host: &Host, mark: &Mark) -> Result<String, String> {
     if said.contains(ssh::TOKEN) {
         return Ok(said);
     }
-    let mut text = Vec::new();
-    complaint.seek(SeekFrom::Start(0)).map_err(failed)?;
-    complaint
-        .take(MOST as u64)
-        .read_to_end(&mut text)
-        .map_err(failed)?;
     let noticed = if late {
         "it does not answer"
     } else {
         "its login ends without an answer"
     };
-    let complaint = foreign::clean_lines(&String::from_utf8_lossy(&text), MOST);
-    Err(ssh::explain(host, noticed, &complaint))
+    Err(ssh::explain(host, noticed, &complaint.text()))
 }
 
 /// The processor of a machine, which answers with its kind. `None` if it does not answer, or has one

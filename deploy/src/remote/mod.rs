@@ -16,6 +16,7 @@ mod agent_renewal;
 mod agent_setup;
 mod agent_starts;
 mod archive;
+pub(crate) mod complaint;
 mod connection;
 mod copied_list;
 mod copies;

@@ -6,33 +6,36 @@
 //! workspace has a list there of the files that its last build has sent: what the list of the next build
 //! lacks is removed.
 
+mod output;
+
 use super::archive::{self, Content, Entry};
+use super::complaint::Complaint;
 use super::connection::said;
 use super::copies::{describe, mirrored};
 use super::known_hashes::KnownHashes;
 use super::ssh::{self, TOKEN};
-use super::timed_stream::{TimedStream, read_line};
+use super::timed_stream::TimedStream;
 use crate::process::identity::{Mark, first_readable};
+use output::Output;
 use rc_deploy_client::error::print_error;
 use rc_deploy_network::plan::Host;
 use rc_deploy_network::{Build, Source, Sources};
-use rc_diagnostics::foreign::{clean, clean_bytes, clean_lines};
+use rc_diagnostics::foreign::{clean, clean_bytes};
 use rc_vocabulary::shell;
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use sha2::{Digest, Sha256};
-use std::collections::{HashSet, VecDeque};
-use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::borrow::Cow;
+use std::collections::HashSet;
+use std::fs;
+use std::io::{self, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use toml_edit::visit_mut::VisitMut;
+use toml_edit::{DocumentMut, Formatted, Item};
 
-/// How many lines of cargo are kept to explain a failure.
-const KEPT: usize = 60;
-/// The most bytes of the complaint of ssh.
-const COMPLAINT: usize = 2000;
 /// How long ssh may take to end.
 const SETTLE_LIMIT: Duration = Duration::from_secs(3);
 /// The mark of a link in the list of the files: no file has this hash, so a link counts as changed.
@@ -74,9 +77,7 @@ struct Greeting {
 pub(crate) fn build(order: &Order<'_>, mark: &Mark) -> Result<(), String> {
     let failed = |error: io::Error| error.to_string();
     let sources = Sources::of(order.build).map_err(|error| error.to_string())?;
-    let memory = rustix::fs::memfd_create("ssh", rustix::fs::MemfdFlags::CLOEXEC);
-    let mut complaint = File::from(memory.map_err(|error| failed(error.into()))?);
-    let log = complaint.try_clone().map_err(failed)?;
+    let (complaint, log) = Complaint::new().map_err(failed)?;
     let script = script(order.own, &list_name(order.build));
     let begin = format!("s=$(head -c {}) && eval \"$s\"", script.len());
     let (mut child, stream) = ssh::start(order.host, &begin, log, mark)?;
@@ -93,13 +94,7 @@ pub(crate) fn build(order: &Order<'_>, mark: &Mark) -> Result<(), String> {
     let Err(why) = outcome else {
         return Ok(());
     };
-    let mut text = Vec::new();
-    let read = complaint
-        .seek(SeekFrom::Start(0))
-        .and_then(|_| complaint.take(COMPLAINT as u64).read_to_end(&mut text));
-    read.map_err(failed)?;
-    let text = clean_lines(&String::from_utf8_lossy(&text), COMPLAINT);
-    Err(explain(order.host, &why, &text))
+    Err(explain(order.host, &why, &complaint.text()))
 }
 
 /// The conversation over the standard streams of ssh.
@@ -113,13 +108,13 @@ fn talk(
     let name = &order.host.name;
     let stream = OwnedFd::from(stream);
     let mut out = TimedStream(stream.try_clone().map_err(lost)?);
-    let mut input = BufReader::new(TimedStream(stream));
+    let mut output = Output::new(TimedStream(stream));
     out.write_all(script.as_bytes()).map_err(lost)?;
     let greeting = Greeting {
-        folder: PathBuf::from(said(&mut input)?),
-        cargo: said(&mut input)?,
-        free: said(&mut input)?,
-        has_rcdeploy: said(&mut input)? == "has",
+        folder: PathBuf::from(said(&mut output.input)?),
+        cargo: said(&mut output.input)?,
+        free: said(&mut output.input)?,
+        has_rcdeploy: said(&mut output.input)? == "has",
     };
     check_cargo(order.host, &greeting.cargo, sources)?;
     if greeting.has_rcdeploy && order.build.built == ["rcdeploy"] {
@@ -129,13 +124,8 @@ fn talk(
     let mut known = KnownHashes::read(order.hashes.clone());
     let files = places.files(sources, &mut known)?;
     known.finish();
-    let mut list = String::new();
-    for (hash, entry) in &files {
-        list.push_str(&format!("{hash}  {}\n", entry.path.display()));
-    }
-    out.write_all(format!("{}\n{list}", list.len()).as_bytes())
-        .map_err(lost)?;
-    let missing = missing(&mut input, &files)?;
+    out.write_all(lists(&files).as_bytes()).map_err(lost)?;
+    let missing = missing(&mut output, &files)?;
     let is_missing =
         |(hash, entry): &(String, Entry)| hash == LINK || missing.contains(&entry.path);
     let is_file = |entry: &&Entry| !matches!(entry.content, Content::Link(_));
@@ -154,7 +144,7 @@ fn talk(
     out.write_all(format!("{size}\n").as_bytes())
         .map_err(lost)?;
     archive::write(&entries, &mut out).map_err(lost)?;
-    said(&mut input)?;
+    said(&mut output.input)?;
     let run = run(order, &places);
     print_error(format_args!(
         "rcdeploy: {name}: cargo builds {} there",
@@ -162,7 +152,28 @@ fn talk(
     ));
     out.write_all(format!("{}\n{run}", run.len()).as_bytes())
         .map_err(lost)?;
-    follow(order.host, &greeting, &mut input)
+    follow(order.host, &greeting, &mut output)
+}
+
+/// The list of the files, and that of those that are executable: their hashes do not say so. Each follows
+/// a line with its length.
+fn lists(files: &[(String, Entry)]) -> String {
+    let mut all = String::new();
+    let mut executables = String::new();
+    for (hash, entry) in files {
+        let path = entry.path.display();
+        all.push_str(&format!("{hash}  {path}\n"));
+        if matches!(
+            entry.content,
+            Content::File {
+                executable: true,
+                ..
+            }
+        ) {
+            executables.push_str(&format!("{path}\n"));
+        }
+    }
+    format!("{}\n{all}{}\n{executables}", all.len(), executables.len())
 }
 
 /// Refuses a host without cargo, or with one that cannot build the packages.
@@ -261,29 +272,51 @@ impl Places {
     }
 
     /// The text of a file whose absolute paths of this machine become those of the host: a manifest, a
-    /// configuration of cargo, or a generated description. `None` for other files, and without such a
-    /// path.
+    /// configuration, or a generated description. A configuration of cargo also loses the platform that
+    /// the user has set: the host builds for itself. `None` if nothing changes, and for other files.
     fn rewritten(&self, path: &Path) -> io::Result<Option<String>> {
         let name = path.file_name().unwrap_or_default();
-        let has_paths = ["Cargo.toml", "config.toml", "description.rs"]
-            .iter()
-            .any(|known| name == *known);
-        if !has_paths {
+        let is_of_cargo = path.parent().is_some_and(|of| of.ends_with(".cargo"));
+        let is_configuration = name == "config.toml" || is_of_cargo && name == "config";
+        let is_toml = name == "Cargo.toml" || is_configuration;
+        if !is_toml && name != "description.rs" {
             return Ok(None);
         }
         let Ok(text) = String::from_utf8(fs::read(path)?) else {
             return Ok(None);
         };
-        let mut pieces = text.split('"').map(str::to_owned).collect::<Vec<_>>();
-        let mut changed = false;
-        for piece in &mut pieces {
-            let Some(path) = self.known(Path::new(&*piece)) else {
-                continue;
-            };
-            *piece = self.path(&path).to_string_lossy().into_owned();
-            changed = true;
+        let rewritten = if is_toml {
+            self.in_toml(&text, is_of_cargo && is_configuration)
+        } else {
+            Some(self.in_rust(&text))
+        };
+        Ok(rewritten.filter(|rewritten| *rewritten != text))
+    }
+
+    /// A file in TOML with the paths of the host. `None` if it is not TOML: cargo says so.
+    fn in_toml(&self, text: &str, is_of_cargo: bool) -> Option<String> {
+        let mut file: DocumentMut = text.parse().ok()?;
+        Renamed(self).visit_document_mut(&mut file);
+        if is_of_cargo && let Some(build) = file.get_mut("build").and_then(Item::as_table_like_mut)
+        {
+            build.remove("target");
         }
-        Ok(changed.then(|| pieces.join("\"")))
+        Some(file.to_string())
+    }
+
+    /// A generated description with the paths of the host.
+    fn in_rust(&self, text: &str) -> String {
+        let pieces = text.split('"').map(|piece| match self.renamed(piece) {
+            Some(renamed) => Cow::Owned(renamed),
+            None => Cow::Borrowed(piece),
+        });
+        pieces.collect::<Vec<_>>().join("\"")
+    }
+
+    /// The path on the host of a text that is an absolute path into the sources.
+    fn renamed(&self, text: &str) -> Option<String> {
+        let path = self.known(Path::new(text))?;
+        Some(self.path(&path).to_string_lossy().into_owned())
     }
 
     /// The real path of an absolute path into the sources.
@@ -294,6 +327,19 @@ impl Places {
         let real = path.canonicalize().ok()?;
         let is_known = self.folders.iter().any(|folder| real.starts_with(folder));
         is_known.then_some(real)
+    }
+}
+
+/// Gives the texts of a file the paths of the host.
+struct Renamed<'p>(&'p Places);
+
+impl VisitMut for Renamed<'_> {
+    fn visit_string_mut(&mut self, text: &mut Formatted<String>) {
+        if let Some(renamed) = self.0.renamed(text.value()) {
+            let decor = text.decor().clone();
+            *text = Formatted::new(renamed);
+            *text.decor_mut() = decor;
+        }
     }
 }
 
@@ -310,14 +356,12 @@ fn list_name(build: &Build) -> String {
 }
 
 /// The paths that the host lacks, or has with another content. It says that it works while it compares.
-fn missing(
-    input: &mut BufReader<TimedStream>,
-    files: &[(String, Entry)],
-) -> Result<HashSet<PathBuf>, String> {
+fn missing(output: &mut Output, files: &[(String, Entry)]) -> Result<HashSet<PathBuf>, String> {
     let known: HashSet<&Path> = files.iter().map(|(_, entry)| &*entry.path).collect();
     let mut missing = HashSet::new();
+    output.begin();
     loop {
-        let line = read_line(input).map_err(|(_, error)| lost(&error))?;
+        let line = output.line()?;
         match line.split_once(TOKEN) {
             Some((_, said)) if said.trim() == "missing" => return Ok(missing),
             None if known.contains(Path::new(&line)) => drop(missing.insert(PathBuf::from(line))),
@@ -380,14 +424,10 @@ fn run(order: &Order<'_>, places: &Places) -> String {
 }
 
 /// Shows what cargo prints until it has ended.
-fn follow(
-    host: &Host,
-    greeting: &Greeting,
-    input: &mut BufReader<TimedStream>,
-) -> Result<(), String> {
-    let mut last: VecDeque<String> = VecDeque::new();
+fn follow(host: &Host, greeting: &Greeting, output: &mut Output) -> Result<(), String> {
+    output.begin();
     loop {
-        let line = read_line(input).map_err(|(_, error)| lost(&error))?;
+        let line = output.line()?;
         let (text, said) = match line.split_once(TOKEN) {
             Some((text, said)) => (text, Some(said.trim())),
             None => (&*line, None),
@@ -395,10 +435,7 @@ fn follow(
         if !text.trim().is_empty() {
             let text = clean(text);
             print_error(format_args!("{}: {text}", host.name));
-            if last.len() == KEPT {
-                last.pop_front();
-            }
-            last.push_back(text);
+            output.keep(text);
         }
         let Some(code) = said.and_then(|said| said.strip_prefix("ended ")) else {
             continue;
@@ -406,7 +443,7 @@ fn follow(
         if code == "0" {
             return Ok(());
         }
-        let has = |text: &str| last.iter().any(|line| line.contains(text));
+        let has = |text: &str| output.has(text);
         return Err(if has("No space left on device") || has("os error 28") {
             full(&greeting.folder, &greeting.free)
         } else if has("linker `cc` not found") || has("failed to find tool") {
@@ -466,7 +503,7 @@ fn explain(host: &Host, why: &str, complaint: &str) -> String {
     told
 }
 
-/// What the host runs. It receives the list of the files, an archive of those that are missing, and the
+/// What the host runs. It receives the two lists of the files, an archive of those that are missing, and the
 /// commands, each after a line with its length. `list` is the name of the list of the files.
 ///
 /// The links of the last build go first: a folder may be in the place of one now, and its files must not
@@ -489,7 +526,7 @@ say "$([ -x "$d/{copy}{own}" ] && echo has)"
 take() {{ read -r n && head -c "$n" > "$1" && [ "$(wc -c < "$1")" -eq "$n" ]; }}
 beat() {{ while sleep 2 > /dev/null && kill -0 "$1"; do say works; done 9>&- 2>/dev/null & s=$!; }}
 drop() {{ while IFS= read -r p; do rm -f -- "$p"; case "$p" in */*) rmdir -p -- "${{p%/*}}";; esac; done 2>/dev/null; }}
-take .list.new || exit 1
+take .list.new && take .x.new || exit 1
 beat $$
 if [ -f {list} ]; then
     sed -n "s/^{LINK}  //p" {list} | drop
@@ -502,6 +539,9 @@ kill "$s"; wait "$s" 2>/dev/null
 cat .missing
 say missing
 read -r n && head -c "$n" | tar -xmf - || exit 1
+modes() {{ while IFS= read -r p; do [ ! -f "$p" ] || [ -h "$p" ] || chmod "$1" -- "$p"; done; }}
+if [ -f {list}.x ]; then sort {list}.x > .old; sort .x.new > .new; comm -23 .old .new | modes 600; fi
+mv .x.new {list}.x && modes 700 < {list}.x
 say stored
 take .run || exit 1
 exec 3<&0

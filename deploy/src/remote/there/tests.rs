@@ -1,5 +1,5 @@
 use super::*;
-use std::io::BufRead;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 
@@ -16,11 +16,15 @@ fn entry(path: &str, text: Option<&str>, to: &Path) -> (String, Entry) {
 
 /// What a host with this home prints when it gets these files and has to build nothing.
 fn round(home: &Path, list: &str, files: Vec<(String, Entry)>) -> Vec<String> {
-    let line = |(hash, entry): &(String, Entry)| format!("{hash}  {}\n", entry.path.display());
-    let names: String = files.iter().map(line).collect();
+    let lists = lists(&files);
     let entries: Vec<Entry> = files.into_iter().map(|(_, entry)| entry).collect();
-    let mut sent = format!("{}\n{names}{}\n", names.len(), archive::size(&entries)).into_bytes();
-    archive::write(&entries, &mut sent).expect("an archive");
+    exchange(home, list, &lists, &entries)
+}
+
+/// What a host with this home prints when it gets these lists, and these entries.
+fn exchange(home: &Path, list: &str, lists: &str, entries: &[Entry]) -> Vec<String> {
+    let mut sent = format!("{lists}{}\n", archive::size(entries)).into_bytes();
+    archive::write(entries, &mut sent).expect("an archive");
     sent.extend(b"5\ntrue\n");
     let mut shell = Command::new("sh")
         .args(["-c", &script("own", list)])
@@ -113,6 +117,88 @@ fn a_host_gets_the_sources_of_each_workspace() {
     assert!(!sources.join("other/lib.rs").exists());
 }
 
+/// The hash of a file says nothing of its mode.
+#[test]
+fn a_file_that_becomes_executable_is_so_on_the_host() {
+    let home = tempfile::tempdir().expect("a folder");
+    let from = home.path().join("from");
+    fs::write(&from, "exit 0\n").expect("written");
+    let files = |executable: bool| {
+        let content = Content::File {
+            from: from.clone(),
+            size: 7,
+            executable,
+        };
+        let path = PathBuf::from("ws/run it");
+        let other = entry("ws/lib.rs", Some("x"), Path::new(""));
+        vec![(hash(b"exit 0\n"), Entry { path, content }), other]
+    };
+    let mode = |path: &str| {
+        let path = home.path().join(".cache/robocomp/build").join(path);
+        path.metadata().expect("a file").permissions().mode() & 0o777
+    };
+    round(home.path(), ".list-a", files(false));
+    assert_eq!(mode("ws/run it"), 0o600);
+    for executable in [true, true, false] {
+        let said = exchange(home.path(), ".list-a", &lists(&files(executable)), &[]);
+        assert!(!said.iter().any(|line| line.starts_with("ws/")), "{said:?}");
+        assert_eq!(mode("ws/run it"), if executable { 0o700 } else { 0o600 });
+        assert_eq!(mode("ws/lib.rs"), 0o600);
+    }
+}
+
+#[test]
+fn files_have_the_paths_and_the_platform_of_the_host() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("a folder");
+    let places = Places {
+        there: PathBuf::from("/there"),
+        folders: vec![root.clone()],
+    };
+    fs::create_dir_all(root.join("ws/.cargo")).expect("a folder");
+    let here = root.join("ws");
+    let (here, there) = (here.display(), places.path(&here));
+    let there = there.display();
+    let rewritten = |name: &str, text: &str| {
+        let path = root.join("ws").join(name);
+        fs::write(&path, text).expect("written");
+        places.rewritten(&path).expect("a file")
+    };
+    let manifest = |path: &str| {
+        format!(
+            "[dependencies] # of this machine\na = {{ path = \"{path}\" }}\nb.path = '{path}' # literal\n\
+             c = '/nowhere'\nd = [\"\"\"{path}\"\"\", 'it''s']\n"
+        )
+        .replace("''", "")
+    };
+    let text = rewritten("Cargo.toml", &manifest(&here.to_string()));
+    let text: DocumentMut = text.expect("other paths").parse().expect("it is TOML");
+    let wanted: DocumentMut = manifest(&there.to_string()).parse().expect("it is TOML");
+    let value = |file: &DocumentMut| {
+        let of = &file["dependencies"];
+        ["a", "b"].map(|name| of[name]["path"].as_str().map(str::to_owned))
+    };
+    assert_eq!(value(&text), value(&wanted));
+    assert_eq!(
+        text["dependencies"]["d"].to_string(),
+        format!(" [\"{there}\", 'its']")
+    );
+    assert!(text.to_string().contains("# of this machine"), "{text}");
+    assert!(text.to_string().contains("# literal"), "{text}");
+
+    let configuration = "[build]\ntarget = \"arm\"\njobs = 2\n";
+    let text = rewritten(".cargo/config.toml", configuration);
+    assert_eq!(text.as_deref(), Some("[build]\njobs = 2\n"));
+    let text = rewritten(".cargo/config", "build.target = ['arm', 'arm64']\n");
+    assert_eq!(text.as_deref(), Some(""));
+    // A parameter of a component.
+    assert_eq!(rewritten("config.toml", configuration), None);
+    assert_eq!(rewritten("Cargo.toml", "no TOML"), None);
+    let text = rewritten("description.rs", &format!("const A: &str = \"{here}\";\n"));
+    assert_eq!(text, Some(format!("const A: &str = \"{there}\";\n")));
+    assert_eq!(rewritten("notes.txt", &format!("\"{here}\"")), None);
+}
+
 fn robot() -> Host {
     Host {
         name: "robot".to_owned(),
@@ -147,7 +233,7 @@ fn a_host_needs_a_cargo_that_knows_the_packages() {
 
 #[test]
 fn a_build_that_fails_says_what_the_host_lacks() {
-    let followed = |printed: &str| {
+    let followed_with = |printed: &str, change: fn(&mut Output)| {
         let (ours, mut theirs) = UnixStream::pair().expect("a pair");
         ours.set_nonblocking(true).expect("a mode");
         theirs.write_all(printed.as_bytes()).expect("room");
@@ -158,9 +244,11 @@ fn a_build_that_fails_says_what_the_host_lacks() {
             free: "12000".to_owned(),
             has_rcdeploy: false,
         };
-        let mut input = BufReader::new(TimedStream(OwnedFd::from(ours)));
-        follow(&robot(), &greeting, &mut input)
+        let mut output = Output::new(TimedStream(OwnedFd::from(ours)));
+        change(&mut output);
+        follow(&robot(), &greeting, &mut output)
     };
+    let followed = |printed: &str| followed_with(printed, |_| ());
     let ended = |said: &str, code: u8| {
         followed(&format!(
             "{said}\n\n{TOKEN} works\n\n{TOKEN} ended {code}\n"
@@ -178,4 +266,18 @@ fn a_build_that_fails_says_what_the_host_lacks() {
     assert!(failed("error: failed to download").starts_with("it cannot download "));
     assert_eq!(failed("error[E0308]"), "cargo failed there (exit code 101)");
     assert_eq!(followed("   Compiling x\n"), Err(LOST.to_owned()));
+
+    // A host that prints for ever, with ends of lines or without, and one that only says that it works.
+    for printed in ["y\n", "y"] {
+        let refused = followed_with(&printed.repeat(5000), |output| output.left = 3000);
+        let refused = refused.expect_err("it prints too much");
+        assert!(refused.starts_with("it has printed 64 MiB"), "{refused}");
+    }
+    let works = format!("\n{TOKEN} works\n");
+    let refused = followed_with(&works, |output| output.patience = Duration::ZERO);
+    let refused = refused.expect_err("nothing is new");
+    assert!(
+        refused.starts_with("it has printed nothing new"),
+        "{refused}"
+    );
 }
