@@ -43,7 +43,7 @@ fn main() -> ExitCode {
         ["book", ..] => return run_instead("dist", &args),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | dist [--help] | book [--help] | figures | semver [--since REVISION] | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
+                "usage: cargo xtask test [--timings] [ARGUMENTS OF cargo test] | install [--root DIR] [--with rcview | --with rcfoxglove | --with rcforward] | uninstall [--root DIR] | bench … | soak … | chaos … | experiment …, each with [--save] | dist [--help] | book [--help] | figures | semver [--since REVISION] [--package NAME]… | deny [--smoke] | fuzz SECONDS | mutants [--count N] [--seed S] [--file GLOB]…"
             );
             return ExitCode::from(2);
         }

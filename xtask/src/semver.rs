@@ -7,19 +7,27 @@ use std::process::Command;
 const NAME: &str = "cargo-semver-checks";
 const VERSION: &str = "0.51.0";
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const USAGE: &str = "usage: cargo xtask semver [--since REVISION]";
+const USAGE: &str = "usage: cargo xtask semver [--since REVISION] [--package NAME]…";
 
-/// Runs the comparison with a revision of git; with the last tag if none is named.
+/// Runs the comparison with a revision of git; with the last tag if none is named. Of the library crates,
+/// it compares those that are named; all without names.
 ///
 /// # Errors
-/// The tool or the revision is missing, or the API has changed in a way that its version forbids.
+/// The revision is missing, or the API has changed in a way that its version forbids.
 pub(crate) fn run(words: &[&str]) -> Result<(), String> {
-    let named = match words {
-        [] => None,
-        ["--since", revision] => Some((*revision).to_owned()),
-        _ => return Err(USAGE.to_owned()),
-    };
-    let since = match named {
+    let (mut since, mut packages) = (None, Vec::new());
+    let (pairs, rest) = words.as_chunks::<2>();
+    for pair in pairs {
+        match *pair {
+            ["--since", revision] => since = Some(revision.to_owned()),
+            ["--package", name] => packages.extend(["--package", name]),
+            _ => return Err(USAGE.to_owned()),
+        }
+    }
+    if !rest.is_empty() {
+        return Err(USAGE.to_owned());
+    }
+    let since = match since {
         Some(revision) => revision,
         None => last_tag()?,
     };
@@ -31,9 +39,15 @@ pub(crate) fn run(words: &[&str]) -> Result<(), String> {
         }
     };
     // It leaves out the crates whose manifests say `publish = false`.
-    let words = ["semver-checks", "--workspace", "--baseline-rev", &since];
+    if packages.is_empty() {
+        packages.push("--workspace");
+    }
+    let words = [&["semver-checks", "--baseline-rev", &since], &packages[..]].concat();
     println!("+ cargo {}", words.join(" "));
-    let status = Command::new(program).args(words).current_dir(ROOT).status();
+    let status = Command::new(program)
+        .args(&words)
+        .current_dir(ROOT)
+        .status();
     crate::outcome(&words, status)
 }
 
