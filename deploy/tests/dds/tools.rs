@@ -56,18 +56,24 @@ pub(crate) fn delay(site: &Site, host: &str) {
     assert!(printed.contains(&said), "{printed}");
 }
 
-/// The latency over the cable, with the error of the clock of the other host.
-pub(crate) fn bench(site: &Site) {
-    Site::until("latencies over the cable", || {
+/// The latency of the poses by `bench`: `is_known` judges its connection.
+fn latency(site: &Site, middleware: &str, is_known: impl Fn(&Value) -> bool) {
+    Site::until("latencies", || {
         let run = json(site, "bench", &["--seconds", "1"]);
         let connections = run["connections"].as_array().expect("a list").clone();
         let to = "monitor.FullPoseEstimationPub.newFullPose";
         let one = connections.into_iter().find(|one| one["to"] == to);
         let one = one.unwrap_or_else(|| panic!("{run}"));
         assert_eq!(one["from"], "simulator.FullPoseEstimationPub", "{run}");
-        // Until the first round trips, the clock is unknown.
-        one["times"]["p50_ms"].as_f64().is_some() && one["error_ms"].as_f64() > Some(0.0)
+        assert_eq!(one["middleware"], middleware, "{run}");
+        one["times"]["p50_ms"].as_f64().is_some() && is_known(&one)
     });
+}
+
+/// The latency over the cable, with the error of the clock of the other host.
+pub(crate) fn bench(site: &Site) {
+    // Until the first round trips, the clock is unknown.
+    latency(site, "dds", |one| one["error_ms"].as_f64() > Some(0.0));
 }
 
 /// Looks at a running patrol.
@@ -91,6 +97,11 @@ pub(crate) fn look(site: &Site, middleware: &str) {
         let bw = json(site, "bw", &["newFullPose", "--lines", "1"]);
         bw["bytes_per_s"].as_f64() > Some(0.0) && bw["mean_bytes"].as_u64() > Some(0)
     });
+    latency(site, middleware, |one| {
+        one["messages"].as_u64() > Some(0) && one["times"]["p50_ms"].as_f64() > Some(0.0)
+    });
+    let printed = succeeds(site, "bench", &["--seconds", "1"]);
+    assert!(printed.contains("In parentheses: "), "{printed}");
     let called = json(site, "call", &["getLaserConfData"]);
     let measures = &called["result"]["return"]["maxMeasures"];
     assert!(measures.is_number(), "{called}");
