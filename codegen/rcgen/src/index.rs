@@ -9,7 +9,7 @@ use rc_idsl::model::{InterfaceId, Library};
 use rc_syntax::Loader;
 use rc_vocabulary::Role;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -220,15 +220,13 @@ impl IndexedSlot {
     }
 }
 
-/// The names and hashes of the interfaces of a library.
-fn hashes(library: &Library) -> Vec<(String, String)> {
-    let all = library.interfaces.iter().enumerate();
-    all.map(|(at, _)| {
-        let id = InterfaceId(at);
+/// The names and hashes of interfaces of a library.
+fn hashes(library: &Library, ids: impl Iterator<Item = InterfaceId>) -> Vec<(String, String)> {
+    let named = |id| {
         let hash = format!("{:016x}", interface_hash(library, id));
         (name_of(library, id), hash)
-    })
-    .collect()
+    };
+    ids.map(named).collect()
 }
 
 /// `Module::Name`
@@ -268,16 +266,15 @@ fn component(file: &Path, loader: &dyn Loader) -> Read {
     };
     let component = &project.component;
     let library = &component.library;
-    let slots = component.slots.iter().filter(|slot| !slot.of_world);
-    let slots = slots.map(|slot| IndexedSlot {
+    let own = || component.slots.iter().filter(|slot| !slot.of_world);
+    let slots = own().map(|slot| IndexedSlot {
         name: slot.name.clone(),
         role: slot.role.word().to_owned(),
         interface: name_of(library, slot.interface),
     });
     // Only what it uses: what its imports hold besides is no fact about it.
-    let used: Vec<IndexedSlot> = slots.collect();
-    let mut interfaces = hashes(library);
-    interfaces.retain(|(name, _)| used.iter().any(|slot| slot.interface == *name));
+    let used: BTreeSet<InterfaceId> = own().map(|slot| slot.interface).collect();
+    let interfaces = hashes(library, used.into_iter());
     Read {
         component: Some(IndexedComponent {
             name: component.name.text.clone(),
@@ -285,7 +282,7 @@ fn component(file: &Path, loader: &dyn Loader) -> Read {
             doc: component.doc.clone(),
             language: component.language.text.clone(),
             licence: licence(project.folder()),
-            slots: used,
+            slots: slots.collect(),
             broken: found.has_errors(),
         }),
         interfaces,
@@ -308,7 +305,7 @@ fn interfaces(file: &Path, loader: &dyn Loader) -> Read {
         interfaces: if found.has_errors() {
             Vec::new()
         } else {
-            hashes(&library)
+            hashes(&library, (0..library.interfaces.len()).map(InterfaceId))
         },
         faults: faults(&sources, &found),
     }

@@ -21,7 +21,7 @@ const LARGE: usize = 1 << 20;
 pub(crate) fn generator() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
-    write(folder)?;
+    write_components(folder, 100)?;
     let simulator = || -> Result<Duration, Failure> {
         let mut command = rcgen(&root())?;
         command.args(["--check", "components/simulator/simulator.cdsl"]);
@@ -31,6 +31,14 @@ pub(crate) fn generator() -> Result<Vec<Figure>, Failure> {
         let _ = fs::remove_dir_all(folder.join("out"));
         let mut command = rcgen(folder)?;
         command.args(["c0.cdsl", "--out", "out"]);
+        Ok(finish(command, LIMIT)?.0)
+    };
+    let many = folder.join("many");
+    fs::create_dir(&many)?;
+    write_components(&many, 1000)?;
+    let index = || -> Result<Duration, Failure> {
+        let mut command = rcgen(&many)?;
+        command.args(["index", "."]);
         Ok(finish(command, LIMIT)?.0)
     };
     let python = || -> Result<Duration, Failure> {
@@ -64,6 +72,16 @@ pub(crate) fn generator() -> Result<Vec<Figure>, Failure> {
             median(&mut || python())?,
             ("< 20 ms", 20),
         ),
+        figure(
+            "`rcgen index` of 1,000 components with ten interfaces each, processor time, mean of 20",
+            used(&index)?,
+            ("< 1 s", 1000),
+        ),
+        figure(
+            "the same, whole process, median of 20",
+            median(&mut || index())?,
+            ("< 1 s", 1000),
+        ),
     ])
 }
 
@@ -87,7 +105,7 @@ fn used(run: &dyn Fn() -> Result<Duration, Failure>) -> Result<Duration, Failure
 pub(crate) fn figures() -> Result<Vec<Figure>, Failure> {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
-    write(folder)?;
+    write_components(folder, 100)?;
     let mut figures = Vec::new();
     let check = median(&mut || {
         let mut command = rcgen(folder)?;
@@ -145,8 +163,8 @@ pub(crate) fn median(
     Ok(quantile(&mut times, 0.5))
 }
 
-/// 100 interfaces and 100 components with ten interfaces each.
-fn write(folder: &Path) -> Result<(), Failure> {
+/// 100 interfaces and `count` components with ten of them each.
+fn write_components(folder: &Path, count: usize) -> Result<(), Failure> {
     for number in 0..100 {
         let interface = format!(
             "module M{number} {{ enum Mode {{ slow, fast }}; struct Data {{ int a; string b; sequence<double> c; Mode d; }};\n\
@@ -154,6 +172,8 @@ fn write(folder: &Path) -> Result<(), Failure> {
              interface I{number} {{ Data get(int index, Mode mode) throws Failed; void set(Data data); double sum(); }}; }};\n"
         );
         fs::write(folder.join(format!("I{number}.idsl")), interface)?;
+    }
+    for number in 0..count {
         let used: Vec<usize> = (0..10).map(|n| (number + n * 7) % 100).collect();
         let imports: String = used
             .iter()
