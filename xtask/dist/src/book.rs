@@ -259,15 +259,18 @@ fn places(pages: &[Page]) -> String {
 /// Writes the API of the library crates, and returns their names with what they are for.
 fn api(build: &Build, out: &Path) -> Result<Vec<(String, String)>, String> {
     let crates = crates::described(build)?;
-    // Rustdoc adds to the folder, which may have other crates.
-    let made = build.target.join("doc");
+    // Rustdoc adds to the folder, which may have other crates. `target/doc` is that of the user.
+    let target = build.target.join("api");
+    let made = target.join("doc");
     if made.exists() {
         std::fs::remove_dir_all(&made).map_err(named(&made))?;
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut cargo = Command::new(cargo);
     cargo.args(["doc", "--no-deps", "--locked", "--lib"]);
-    cargo.arg("--target-dir").arg(&build.target);
+    cargo.arg("--target-dir").arg(&target);
+    // What is compiled stays where other commands find it.
+    cargo.env("CARGO_BUILD_BUILD_DIR", &build.target);
     for (name, _) in &crates {
         cargo.args(["--package", name]);
     }

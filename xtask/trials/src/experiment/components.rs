@@ -65,12 +65,7 @@ pub(super) fn run(smoke: bool) -> Result<(), Failure> {
         root: folder.path().join("copy"),
         tools: target()?.join("debug"),
     };
-    let mut clone = Command::new("git");
-    clone
-        .args(["clone", "--quiet", "--shared"])
-        .arg(root())
-        .arg(&copy.root);
-    output(clone, LIMIT)?;
+    copy.fill()?;
     // What a generator of another version would change is no part of a task.
     copy.tool("rcgen", &["generate"])?;
     copy.git(&["add", "--all"])?;
@@ -140,6 +135,21 @@ struct Copy {
 }
 
 impl Copy {
+    /// Copies the sources, as a repository of git of their own: they may be those of an archive.
+    fn fill(&self) -> Result<(), Failure> {
+        fs::create_dir(&self.root)?;
+        self.git(&["init", "--quiet"])?;
+        let mut add = Command::new("git");
+        add.arg("--git-dir")
+            .arg(self.root.join(".git"))
+            .arg("--work-tree")
+            .arg(root())
+            .args(["add", "--all"])
+            .current_dir(root());
+        output(add, LIMIT)?;
+        self.git(&["checkout-index", "--all"]).map(drop)
+    }
+
     fn git(&self, words: &[&str]) -> Result<String, Failure> {
         let mut command = Command::new("git");
         command.args(words).current_dir(&self.root);
