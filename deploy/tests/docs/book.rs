@@ -7,6 +7,7 @@
 //!   become ready, and not end before.
 //! - `fails`: the last command of the block fails.
 //! - `not-run=REASON`: this machine need not be able to run it.
+//! - `installed`: `cargo xtask soak packages` runs it, too, where nothing but the packages is installed.
 //!
 //! A code block whose first line is a comment with a path is a file, which is written before the
 //! commands after it; a function of Rust takes its place in the file. A block ````
@@ -130,7 +131,7 @@ fn run(session: &mut Session, block: &Block) -> Result<(), String> {
     if block.value("not-run").is_some_and(|why| why.contains('-')) {
         return Ok(());
     }
-    let known = |mark: &String| ["runs", "fails"].contains(&&**mark);
+    let known = |mark: &String| ["runs", "fails", "installed"].contains(&&**mark);
     if let Some(mark) = block.marks.iter().find(|mark| !known(mark)) {
         return Err(format!("the mark `{mark}` is not known"));
     }

@@ -1,6 +1,7 @@
 //! The build that packages are made of.
 
 use crate::selection::{Component, LIBRARY, Language, Selection};
+use crate::tree;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -23,6 +24,8 @@ impl Profile {
 /// Where the sources are in programs of packages, whatever the folder of the build.
 const SOURCES: &str = "/usr/src/robocomp";
 const CRATES: &str = "/usr/src/crates";
+/// Where generated sources are: the target folder may be outside of the folder of the project.
+const GENERATED: &str = "/usr/src/robocomp/target";
 
 /// The build.
 pub(crate) struct Build {
@@ -69,6 +72,17 @@ impl Build {
         })
     }
 
+    /// The same build of a copy of the sources, with a target folder of its own.
+    pub(crate) fn of(&self, root: &Path) -> Self {
+        Self {
+            root: root.to_path_buf(),
+            profile: self.profile,
+            target: root.join("target/packages"),
+            version: self.version.clone(),
+            time: self.time,
+        }
+    }
+
     /// The name and the address of whoever is responsible for the packages, by the variables of
     /// Debian's tools, else by the last commit.
     pub(crate) fn maintainer(&self) -> Result<String, String> {
@@ -95,6 +109,11 @@ impl Build {
     pub(crate) fn run(&self, selected: &Selection) -> Result<(), String> {
         if !selected.has_programs() {
             return Ok(());
+        }
+        if self.profile == Profile::Release {
+            let wrapper = self.wrapper();
+            tree::write(&wrapper, wrapper_script(&self.root)?.as_bytes())?;
+            tree::set_mode(&wrapper, true)?;
         }
         let mut programs: Vec<String> =
             selected.tools.iter().map(|&tool| tool.to_owned()).collect();
@@ -179,7 +198,7 @@ impl Build {
     }
 
     /// The folders of sources, with their names in programs.
-    fn folders(&self) -> [(PathBuf, &'static str); 2] {
+    fn folders(&self) -> [(PathBuf, &'static str); 3] {
         let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
         let home = home
             .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))
@@ -187,7 +206,14 @@ impl Build {
         [
             (home.join("registry/src"), CRATES),
             (self.root.clone(), SOURCES),
+            // Below the one above, most often: the last one that fits counts.
+            (self.target.clone(), GENERATED),
         ]
+    }
+
+    /// The program that starts the compiler.
+    fn wrapper(&self) -> PathBuf {
+        self.target.join("rustc")
     }
 
     fn cargo(&self, selects: &str) -> Command {
@@ -212,9 +238,23 @@ impl Build {
         cargo
             .args(["--target-dir".as_ref(), self.target.as_os_str()])
             .env("CARGO_ENCODED_RUSTFLAGS", rust.join("\u{1f}"))
+            .env("RUSTC_WRAPPER", self.wrapper())
             .env("ROBOCOMP_PACKAGED", "1");
         cargo
     }
+}
+
+/// A script that starts the compiler. A program in Rust names the folder of its component, which no flag of
+/// the compiler changes; an installed one finds its own.
+fn wrapper_script(root: &Path) -> Result<String, String> {
+    let root = root
+        .to_str()
+        .ok_or("the folder of the project is not UTF-8")?;
+    let root = root.replace('\'', "'\\''");
+    Ok(format!(
+        "#!/bin/sh\nroot='{root}'\ncase \"$CARGO_MANIFEST_DIR\" in\n\"$root\"/*/generated)\n    \
+         export CARGO_MANIFEST_DIR=\"{SOURCES}${{CARGO_MANIFEST_DIR#\"$root\"}}\" ;;\nesac\nexec \"$@\"\n"
+    ))
 }
 
 /// Runs a command that prints for itself.
@@ -241,4 +281,29 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
 
 fn name(command: &Command) -> String {
     command.get_program().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_folder_of_a_component_is_that_of_the_sources_in_each_build() {
+        let folder = |root: &str, package: &str| {
+            let script = wrapper_script(Path::new(root)).expect("a path in UTF-8");
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &script, "sh", "printenv", "CARGO_MANIFEST_DIR"]);
+            shell.env("CARGO_MANIFEST_DIR", format!("{root}/{package}"));
+            output(&mut shell).expect("a folder")
+        };
+        for root in ["/home/me/robocomp", "/tmp/a robot's * (2)"] {
+            let generated = folder(root, "components/avoider/generated");
+            assert_eq!(
+                generated,
+                "/usr/src/robocomp/components/avoider/generated\n"
+            );
+            let other = folder(root, "components/avoider");
+            assert_eq!(other, format!("{root}/components/avoider\n"));
+        }
+    }
 }

@@ -3,14 +3,17 @@
 //!
 //! [`build`] runs cargo and cmake, [`selection`] says which packages there are, [`packages`] what
 //! belongs into which one, [`deb`] and [`wheel`] write the formats, [`crates`] what crates.io gets, [`sbom`] the
-//! bill of materials, [`soak`] tests the packages in a clean system. [`book`] writes the documentation.
+//! bill of materials, [`second`] compares two compilations, [`soak`] tests the packages in a clean system,
+//! where it runs the commands of [`pages`]. [`book`] writes the documentation.
 
 mod book;
 mod build;
 mod crates;
 mod deb;
 mod packages;
+mod pages;
 mod sbom;
+mod second;
 mod selection;
 mod soak;
 mod tree;
@@ -32,10 +35,15 @@ usage: cargo xtask dist [OPTIONS]
   --profile NAME       release, or dev: for tests, without the care for equal bytes on all machines
   --built              takes the programs that are built, and runs no cargo
   --only NAME          one package of Debian, `wheel` or `crates`; may be given several times
-  --check              then builds each library crate from its package, as crates.io would get it
+  --check              then compiles a second time, from a copy of the sources in another folder, and
+                       compares the packages; builds each library crate from its package, as crates.io
+                       would get it
   --maintainer TEXT    `Name <mail>` in the packages of Debian ($DEBFULLNAME <$DEBEMAIL>, else the
                        author of the last commit)
   --soak               then tests the packages: with lintian, and in a clean Debian (needs root)
+
+usage: cargo xtask dist --pages
+  Prints the commands of the documentation that --soak runs.
 ";
 
 /// The command line.
@@ -89,6 +97,9 @@ fn main() -> ExitCode {
     if let Some(("book", rest)) = words.split_first().map(|(first, rest)| (&**first, rest)) {
         return ended("book", book::run_command(rest));
     }
+    if words == ["--pages"] {
+        return ended("dist", pages::print());
+    }
     let arguments = match Arguments::parse(words.into_iter()) {
         Ok(Some(arguments)) => arguments,
         Ok(None) => {
@@ -127,6 +138,19 @@ fn write(arguments: &Arguments) -> Result<(), String> {
         soak::check()?;
     }
     let names = selection::selected(&build, &arguments.only)?;
+    let compares = arguments.check && names.has_programs();
+    if compares && (arguments.built || arguments.profile == build::Profile::Dev) {
+        return Err(
+            "--check compares two compilations, which are equal with the profile release, and without --built".to_owned(),
+        );
+    }
+    let maintainer = match &arguments.maintainer {
+        Some(maintainer) => maintainer.clone(),
+        None => build.maintainer()?,
+    };
+    // All packages together have a bill of materials.
+    let has_bill = arguments.only.is_empty();
+    let pack = |build: &Build, out: &Path| pack(build, &names, &maintainer, has_bill, out);
     if !arguments.built {
         build.run(&names)?;
     }
@@ -137,47 +161,60 @@ fn write(arguments: &Arguments) -> Result<(), String> {
         let names = crates::names(&build)?;
         remove_old(&crates, |file| crates::is_ours(file, &names))?;
     }
-    // Next to the packages: a folder for temporary files may be in memory.
-    let stage = tempfile::Builder::new().prefix(".stage-").tempdir_in(&out);
-    let stage = stage.map_err(named(&out))?;
-    let mut written = Vec::new();
-    // `rcgen venv` finds the wheel in a package of Debian.
-    let wheel = if names.wheel || names.python {
-        Some(wheel::write(&build, stage.path())?)
-    } else {
-        None
-    };
-    let debs = packages::all(&build, &names, wheel.as_deref(), stage.path())?;
-    let maintainer = match &arguments.maintainer {
-        Some(maintainer) => maintainer.clone(),
-        None => build.maintainer()?,
-    };
-    for package in &debs {
-        written.push(deb::write(package, &build, &maintainer, &out)?);
-    }
-    if names.crates {
-        written.extend(crates::write(&build, stage.path(), &out)?);
-    }
-    if let Some(wheel) = wheel.filter(|_| names.wheel) {
-        let place = out.join(wheel.file_name().unwrap_or_default());
-        std::fs::rename(&wheel, &place).map_err(named(&place))?;
-        written.push(place);
-    }
-    if arguments.only.is_empty() {
-        written.push(sbom::write(&build, &out)?);
-    }
-    written.sort();
+    let written = pack(&build, &out)?;
     sums(&written, &out)?;
     for path in &written {
         println!("wrote {}", path.display());
     }
-    if arguments.check {
+    if compares {
+        second::compare(&build, &written, &out, |build, out| {
+            build.run(&names)?;
+            pack(build, out)
+        })?;
+    }
+    if arguments.check && names.crates {
         crates::verify(&build)?;
     }
     if arguments.soak {
         soak::run_all(&build, &out)?;
     }
     Ok(())
+}
+
+/// Writes the packages of what is built into a folder, and returns their paths.
+fn pack(
+    build: &Build,
+    names: &selection::Selection,
+    maintainer: &str,
+    has_bill: bool,
+    out: &Path,
+) -> Result<Vec<PathBuf>, String> {
+    // Next to the packages: a folder for temporary files may be in memory.
+    let stage = tempfile::Builder::new().prefix(".stage-").tempdir_in(out);
+    let stage = stage.map_err(named(out))?;
+    let mut written = Vec::new();
+    // `rcgen venv` finds the wheel in a package of Debian.
+    let wheel = if names.wheel || names.python {
+        Some(wheel::write(build, stage.path())?)
+    } else {
+        None
+    };
+    for package in &packages::all(build, names, wheel.as_deref(), stage.path())? {
+        written.push(deb::write(package, build, maintainer, out)?);
+    }
+    if names.crates {
+        written.extend(crates::write(build, stage.path(), out)?);
+    }
+    if let Some(wheel) = wheel.filter(|_| names.wheel) {
+        let place = out.join(wheel.file_name().unwrap_or_default());
+        std::fs::rename(&wheel, &place).map_err(named(&place))?;
+        written.push(place);
+    }
+    if has_bill {
+        written.push(sbom::write(build, out)?);
+    }
+    written.sort();
+    Ok(written)
 }
 
 /// The endings of packages.

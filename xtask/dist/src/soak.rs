@@ -1,9 +1,9 @@
 //! Tests all packages as a user would meet them: lintian has nothing to say, and in a clean Debian
-//! they are installed, a network runs without cargo and without a connection, and nothing stays
-//! when they are removed.
+//! they are installed, networks and the commands of the pages run without cargo and without a connection, and
+//! nothing stays when they are removed.
 
 use crate::build::{Build, output, run};
-use crate::{named, tree};
+use crate::{named, pages, tree};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,6 +40,7 @@ rcdeploy down detect
 QT_QPA_PLATFORM=offscreen rcdeploy up --detach /opt/robocomp/components/networks/panel.ddsl
 rcdeploy down panel
 python3 -c 'import robocomp, robocomp.innermodel, robocomp.graph'
+PAGES=/robot/pages PATROL=/packages/patrol.ddsl sh /packages/pages
 cd / && rm -r /robot /root/.local
 dpkg --purge $(dpkg-query --show --showformat '${Package}\n' 'robocomp-*' python3-robocomp 'rc*' | grep -v '^rcs$') > /dev/null
 ";
@@ -94,6 +95,8 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     let network = "components/networks/patrol.ddsl";
     tree::copy(&build.root.join(network), &packages.join("patrol.ddsl"))?;
     tree::write(&packages.join("script"), SCRIPT.as_bytes())?;
+    let pages = pages::script(&build.root)?;
+    tree::write(&packages.join("pages"), pages.as_bytes())?;
     // Names of its own for processes, mounts and the network, which has only itself.
     let inside = "mount -t proc proc \"$0/proc\" && mount --rbind /dev \"$0/dev\" && mount -t tmpfs shm \"$0/dev/shm\" \
                   && ip link set lo up && exec chroot \"$0\" /bin/sh /packages/script";
@@ -111,7 +114,9 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
         .map(|path| path.display().to_string())
         .collect();
     if left.is_empty() {
-        println!("a clean Debian: five networks ran, and nothing is left");
+        println!(
+            "a clean Debian: five networks and the commands of the pages ran, and nothing is left"
+        );
         Ok(())
     } else {
         Err(format!(

@@ -1,5 +1,5 @@
-//! Packages of the programs of this test run: equal bytes each time, and a network that runs from
-//! what they unpack to.
+//! Packages of the programs of this test run: equal bytes each time, a network that runs from what they
+//! unpack to, and the commands of the pages over it.
 
 use rc_test_site::site::{PATROL, Site};
 use rc_test_support::python::skipped;
@@ -7,7 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const PACKAGES: [&str; 4] = [
+const PACKAGES: [&str; 5] = [
+    "robocomp-avoider",
     "robocomp-data",
     "robocomp-interfaces",
     "robocomp-pose-monitor",
@@ -119,4 +120,23 @@ fn packages_are_equal_each_time_and_run_where_they_are_unpacked() {
     site.await_in_log("monitor", "poses=");
     let down = rcdeploy(&["down", &site.network]);
     assert_eq!(down.code, 0, "{down:?}");
+
+    // What the pages say, as the test of all packages runs it in a clean Debian.
+    let script = output(Command::new(env!("CARGO_BIN_EXE_dist")).arg("--pages"));
+    assert!(script.contains("rcdeploy echo patrol"), "{script}");
+    let tools = Site::executable("rcdeploy");
+    let tools = tools.parent().expect("a folder").display();
+    let pages = site.path("pages");
+    fs::create_dir(&pages).expect("a folder");
+    let mut shell = Command::new("sh");
+    shell
+        .args(["-c", &script])
+        .env("PAGES", pages)
+        .env("PATROL", Site::components().join("networks/patrol.ddsl"))
+        .env("ROBOCOMP_PREFIX", root.join("opt/robocomp"))
+        .env("PATH", format!("{tools}:/usr/bin:/bin"))
+        .env("CARGO", "/nowhere/cargo");
+    let ran = site.run(shell);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    site.assert_nothing_left();
 }
