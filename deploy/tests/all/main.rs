@@ -9,7 +9,6 @@ mod doctor;
 mod events;
 mod explain;
 mod export;
-mod frozen;
 mod installed;
 mod interpreters;
 mod killed;

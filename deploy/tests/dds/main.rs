@@ -11,6 +11,7 @@ mod called;
 mod chains;
 mod cpp_worker;
 mod debugging;
+mod frozen;
 mod hosts;
 mod inner_model;
 mod mapping;
