@@ -11,13 +11,16 @@ use std::rc::Rc;
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
+/// The topics of replicas, in `World.idsl`.
+const REPLICAS: &str = "RcWorld::World";
+
 /// Whether a component meets other replicas of a world by slots of its own, so that its schema is that of the network.
 pub(crate) fn shares_any(project: &Project) -> bool {
     let component = &project.component;
     component.world.is_none()
         && component.slots.iter().any(|slot| {
-            let interface = component.library.interface(slot.interface);
-            slot.role == Role::Publishes && interface.name.text == "World"
+            slot.role == Role::Publishes
+                && component.library.interface_path(slot.interface) == REPLICAS
         })
 }
 
@@ -87,4 +90,39 @@ fn parameters(world: &World, loader: &dyn Loader) -> Vec<Parameter> {
 
 fn shown(path: &Path) -> String {
     paths::normal(path).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rc_codegen::FileLoader;
+    use rc_diagnostics::SourceMap;
+
+    /// Another module may have an interface of this name.
+    #[test]
+    fn the_world_of_another_module_is_none_that_is_shared() {
+        for (module, wanted) in [("RcWorld", true), ("Maps", false)] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let write = |name: &str, text: &str| {
+                let path = folder.path().join(name);
+                std::fs::write(&path, text).expect("a file");
+                path
+            };
+            write(
+                "World.idsl",
+                &format!(
+                    "module {module}\n{{\n    interface World\n    {{\n        void change(int of);\n    }};\n}};\n"
+                ),
+            );
+            let cdsl = write(
+                "atlas.cdsl",
+                "import \"World.idsl\";\n\nComponent atlas\n{\n    Communications\n    {\n        publishes World;\n    };\n    language rust;\n};\n",
+            );
+            let mut sources = SourceMap::new();
+            let loader = FileLoader::new(&[]);
+            let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
+            let project = project.unwrap_or_else(|| panic!("{found:?}"));
+            assert_eq!(shares_any(&project), wanted, "{module}");
+        }
+    }
 }
