@@ -166,10 +166,17 @@ class _Wait(QObject):
     def run(self, descriptor: int, limit: timedelta) -> None:
         """Runs events until the descriptor is readable, the time is over, or the component stops.
         Raises the exception of an event."""
-        if self._notifier is None or self._notifier.socket() != descriptor:
-            self._notifier = QSocketNotifier(descriptor, QSocketNotifier.Type.Read, self)
-            self._notifier.activated.connect(self._wake)
-        self._notifier.setEnabled(True)
+        notifier = self._notifier
+        if notifier is not None and notifier.socket() != descriptor:
+            # It would go on to end waits.
+            notifier.setEnabled(False)
+            notifier.deleteLater()
+            notifier = None
+        if notifier is None:
+            notifier = QSocketNotifier(descriptor, QSocketNotifier.Type.Read, self)
+            notifier.activated.connect(self._wake)
+            self._notifier = notifier
+        notifier.setEnabled(True)
         self._timer.start(math.ceil(limit / timedelta(milliseconds=1)))
         hook, sys.excepthook = sys.excepthook, self._keep
         self._loop = QEventLoop()
