@@ -32,10 +32,11 @@ class Context {
     detail::look_again();
   }
   // Requests a change of a parameter of this component, by its path: `range`, `motors[2].max`. The value is a
-  // number, a `bool`, a text, a path or a duration. The rest is that of `rcdeploy params set`: the value is checked,
-  // `params_changed` accepts or refuses it, and then `params` and all tools have the new value. This is done before
-  // the next `compute`, in lockstep in the same tick; a change of several components that is under way delays it.
-  // The log and the last error of the component have a refusal. At most 64 changes wait.
+  // number, a `bool`, a text, a path or a duration; an array is changed by its elements: `offsets[0]`. The rest is that
+  // of `rcdeploy params set`: the value is checked, `params_changed` accepts or refuses it, and then `params` and all
+  // tools have the new value. This is done before the next `compute`, in lockstep in the same tick; a change of several
+  // components that is under way delays it. The log and the last error of the component have a refusal. At most 64
+  // changes wait.
   template <class T>
   void set_parameter(const std::string& path, const T& value) {
     if constexpr (std::is_same_v<T, bool>) {
@@ -53,7 +54,8 @@ class Context {
     } else if constexpr (std::is_convertible_v<const T&, std::chrono::nanoseconds>) {
       set_parameter(path, RC_DURATION, std::chrono::nanoseconds(value).count(), {});
     } else {
-      static_assert(std::is_same_v<T, std::filesystem::path>, "no parameter has a value of this type");
+      static_assert(std::is_same_v<T, std::filesystem::path>,
+                    "no parameter has a value of this type; an array is changed by its elements: offsets[0]");
       set_parameter(path, RC_TEXT, 0, value.string());
     }
   }
