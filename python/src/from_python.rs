@@ -69,7 +69,7 @@ impl fmt::Display for ConversionError {
 }
 
 /// An object with its type, for a message.
-fn shown(object: &Bound<'_, PyAny>) -> String {
+pub(crate) fn shown(object: &Bound<'_, PyAny>) -> String {
     let class = object.get_type().name().map(|name| name.to_string());
     let class = class.unwrap_or_default();
     if object.is_none() {

@@ -1,5 +1,6 @@
 //! Values of parameters as objects of Python.
 
+use crate::from_python::shown;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -41,34 +42,46 @@ pub(crate) fn value_object<'py>(py: Python<'py>, value: &Value) -> PyResult<Boun
     }
 }
 
-/// A value of a parameter: a `bool`, a number, a `timedelta`, a text, or a sequence of one of these.
+/// A value of a parameter: a `bool`, a number, a text, a `timedelta` that is not negative, or a sequence of these.
 ///
 /// # Errors
 /// `TypeError` if it is none.
 pub(crate) fn value(object: &Bound<'_, PyAny>) -> PyResult<Value> {
-    if let Ok(value) = object.extract::<bool>() {
-        return Ok(value.into());
+    if let Some(value) = one(object) {
+        return Ok(value);
     }
-    if let Ok(value) = object.extract::<i64>() {
-        return Ok(value.into());
-    }
-    if let Ok(value) = object.extract::<f64>() {
-        return Ok(value.into());
-    }
-    if let Ok(value) = object.extract::<Duration>() {
-        return Ok(value.into());
-    }
-    if let Ok(value) = object.extract::<String>() {
-        return Ok(value.into());
-    }
-    let Ok(items) = object.try_iter() else {
-        let ty = object.get_type().name()?;
-        return Err(PyTypeError::new_err(format!(
-            "no parameter has a value of the type {ty}"
-        )));
+    // A sequence in a sequence is refused: it may be in itself.
+    let other = |object: &Bound<'_, PyAny>| {
+        PyTypeError::new_err(format!(
+            "no parameter has the value {}: expected a bool, a number, a text, a timedelta that is not negative, \
+            or a sequence of these",
+            shown(object)
+        ))
     };
-    let items = items.map(|item| value(&item?));
+    let Ok(items) = object.try_iter() else {
+        return Err(other(object));
+    };
+    let items = items.map(|item| {
+        let item = item?;
+        one(&item).ok_or_else(|| other(&item))
+    });
     Ok(Value::Array(items.collect::<PyResult<_>>()?))
+}
+
+/// A value that is no sequence.
+fn one(object: &Bound<'_, PyAny>) -> Option<Value> {
+    let value = if let Ok(value) = object.extract::<bool>() {
+        value.into()
+    } else if let Ok(value) = object.extract::<i64>() {
+        value.into()
+    } else if let Ok(value) = object.extract::<f64>() {
+        value.into()
+    } else if let Ok(value) = object.extract::<Duration>() {
+        value.into()
+    } else {
+        object.extract::<String>().ok()?.into()
+    };
+    Some(value)
 }
 
 /// Changes as a list of `robocomp.ParamChange`.

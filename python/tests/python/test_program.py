@@ -88,16 +88,20 @@ class Program(unittest.TestCase):
             ctx.set_parameter("pause", datetime.timedelta(seconds=1))
             ctx.set_parameter("password", pathlib.Path("a/b"))
             ctx.set_parameter("speed", 700.0)
-            try:
-                ctx.set_parameter("speed", None)
-            except TypeError as error:
-                print(error, flush=True)
+            within = []
+            within.append(within)
+            for wrong in (None, [1, within], datetime.timedelta(seconds=-1)):
+                try:
+                    ctx.set_parameter("speed", wrong)
+                except TypeError as error:
+                    print(error, flush=True)
         if ctx.params["speed"] == 700.0: ctx.stop(ctx.params["password"])"""
         worker = "import datetime, pathlib\n" + GOOD.replace("COMPUTE", compute)
         worker += '\n    def params_changed(self, ctx, changes):\n        print(changes[0].path, flush=True)\n'
         code, out, err = self.run_to_end(worker)
         self.assertEqual(code, 0, err)
-        self.assertIn("no parameter has a value of the type NoneType", out)
+        for wrong in ("None", "[[...]] (list)", "timedelta"):
+            self.assertIn(f"no parameter has the value {wrong}: expected", out)
         self.assertIn("\nspeed\npassword\nspeed\n", out)
         self.assertIn("parameter speed: 500.0 -> 600.0", err)
         self.assertIn("the worker cannot change its parameter `speed`: ", err)
