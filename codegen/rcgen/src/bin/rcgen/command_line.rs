@@ -215,7 +215,7 @@ pub(crate) enum Command {
     /// Without QUERY, it lists the queries of the schema.
     Query {
         /// The graph: a .graph file, a .json file of DSR, or the robot of a .urdf file.
-        #[arg(value_name = "FILE", add = files(&["graph", "json"]))]
+        #[arg(value_name = "FILE", add = files(&["graph", "json", "urdf"]))]
         file: PathBuf,
         /// The name of a query of the schema, as in `people_in`, or a text, as in
         /// 'MATCH (p:person)-[:in]->(r:room) RETURN p.name'.
