@@ -318,7 +318,7 @@ fn member_help(before: &str, from: &str) -> Option<String> {
 /// What to write instead of `int& a` and of `in Pose a` or `const Pose a`.
 fn operation_help(before: &str, from: &str) -> Option<String> {
     let (rest, word) = last_word(before);
-    if from.starts_with('&') {
+    if from.starts_with('&') && !word.is_empty() {
         return Some(format!(
             "write `out {word} NAME` for a result, and `{word} NAME` for an input"
         ));

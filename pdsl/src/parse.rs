@@ -5,6 +5,7 @@ use crate::ast::{
 };
 use crate::condition;
 use pest::iterators::Pair;
+use rc_configuration::model::Type;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_syntax::{Literal, Name, ParseContext};
 
@@ -33,12 +34,17 @@ pub fn parse(sources: &SourceMap, source: SourceId) -> (File, Diagnostics) {
     (file, found)
 }
 
-/// The declaration around `at`, before it and from it on.
+/// How many bytes around an error are read, so that many errors in a long text take no longer than it.
+const AROUND: usize = 2000;
+
+/// The declaration around `at`, before it and from it on. Of a long one, the parts next to it.
 fn statement_around(text: &str, at: usize) -> (&str, &str) {
-    let ends = |c: char| matches!(c, ';' | '{' | '}');
-    let start = text[..at].rfind(ends).map_or(0, |end| end + 1);
-    let end = text[at..].find(ends).map_or(text.len(), |end| at + end);
-    (&text[start..at], &text[at..end])
+    let ends = |byte: u8| matches!(byte, b';' | b'{' | b'}');
+    let before = &text[text.ceil_char_boundary(at.saturating_sub(AROUND))..at];
+    let from = &text[at..text.floor_char_boundary(at + AROUND)];
+    let start = before.bytes().rposition(ends).map_or(0, |end| end + 1);
+    let end = from.bytes().position(ends).unwrap_or(from.len());
+    (&before[start..], &from[..end])
 }
 
 /// How a number gets the unit that is written after it: only durations have units in their values.
@@ -51,9 +57,18 @@ fn unit_of_number(before: &str, from: &str) -> Option<String> {
     let is_number = ["int", "long", "float", "double"].contains(&ty);
     let unit = from.split([';', ' ', '\n']).next()?.trim();
     let is_unit = unit.starts_with(char::is_alphabetic) && words.next().is_some();
-    (is_number && is_unit)
-        .then(|| format!("a unit follows the default and the range: `unit \"{unit}\"`"))
+    if !is_number || !is_unit {
+        return None;
+    }
+    if let Some(flag) = rc_diagnostics::nearest(unit, FLAGS) {
+        return Some(format!("did you mean `{flag}`?"));
+    }
+    let is_flags = unit.chars().all(|c| matches!(c, 'T' | 'F'));
+    (!is_flags).then(|| format!("a unit follows the default and the range: `unit \"{unit}\"`"))
 }
+
+/// Flags that are words; `T` and `F` are like units.
+const FLAGS: [&str; 5] = ["unit", "restart", "secret", "reads", "element"];
 
 /// What to write instead of a declaration as other languages have it.
 fn habit(before: &str, from: &str) -> Option<String> {
@@ -69,14 +84,22 @@ fn habit(before: &str, from: &str) -> Option<String> {
             "the length of an array is a range: `{ty}[{length}:{length}]`"
         ));
     }
+    let (name, ty, order) = match ty.trim() {
+        // As in C.
+        second if !second.is_empty() && Type::from_word(name).is_some() => (
+            second,
+            name,
+            "the name comes first, then the type and the default",
+        ),
+        "" => (name, "TYPE", "the type and the default follow the name"),
+        ty => (name, ty, "the default follows the type"),
+    };
     match from.chars().next()? {
+        ':' | '=' if name.is_empty() => None,
         ':' => Some(format!(
             "a declaration has no `:`, as in `{name} float 0.5;`"
         )),
-        '=' => Some(format!(
-            "the default follows the type: `{name} {} VALUE;`",
-            ty.trim()
-        )),
+        '=' => Some(format!("{order}: `{name} {ty} VALUE;`")),
         '[' if from.contains(':') => Some("a range has no brackets, as in `0:1`".to_owned()),
         _ => unit_of_number(before, from),
     }

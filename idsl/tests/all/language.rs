@@ -593,7 +593,7 @@ fn a_character_that_nobody_sees_is_the_only_error_of_its_declaration() {
 fn habits_of_other_languages_get_the_way_to_write_it_here() {
     check(
         "struct S { float[3] a; int[] b; string s = 'q'; };\n\
-         interface I { bool get(int a, int& b); void f(const string s); void g(in S s); void h(inout S s); };",
+         interface I { bool get(int a, int& b); void f(const string s); void g(in S s); void h(inout S s); void k(&s); };",
         &expect![[r#"
             m.idsl:2:17: error[syntax-error]: expected a name, found `[` (the length follows the name: `float a[3];`)
             m.idsl:2:27: error[syntax-error]: expected a name, found `[` (write `sequence<int> b;`)
@@ -602,6 +602,7 @@ fn habits_of_other_languages_get_the_way_to_write_it_here() {
             m.idsl:3:60: error[syntax-error]: expected `)` or `,`, found `s` (remove `const`: a parameter without `out` is an input)
             m.idsl:3:76: error[syntax-error]: expected `)` or `,`, found `s` (remove `in`: a parameter without `out` is an input)
             m.idsl:3:95: error[syntax-error]: expected `)` or `,`, found `s` (write a parameter for the input, and one with `out` for the result)
+            m.idsl:3:106: error[syntax-error]: expected `)` or a parameter, found `&`
         "#]],
     );
     check_file(

@@ -6,6 +6,7 @@ use expect_test::{Expect, expect};
 use rc_configuration::model::Parameters;
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_syntax::MemoryLoader;
+use std::time::{Duration, Instant};
 
 /// Checks the diagnostics for `body`, which is in a component `C` from line 2 on.
 fn check(body: &str, expected: &Expect) -> Parameters {
@@ -113,7 +114,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
         "a int 3 TT;\nb int 4\nc string;\nd int 0:5 7;\nrequire a < \"x\";\nrequire a == 1;\nlist m 1 { };\n\
          e int[1] 3;\nf string \"open;\ng int q;\nh string T unit;\n§;\ni int 5;",
         &expect![[r#"
-            c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT` (a unit follows the default and the range: `unit "TT"`)
+            c.pdsl:2:9: error[syntax-error]: expected `;`, a flag or choices, found `TT`
             c.pdsl:3:8: error[missing-semicolon]: expected `;`
             c.pdsl:5:11: error[syntax-error]: expected `;` or a flag, found `7`
             c.pdsl:6:16: error[syntax-error]: expected a string or an operator, found `;`
@@ -415,5 +416,40 @@ fn habits_of_other_languages_get_the_way_to_write_it_here() {
             c.pdsl:14:10: error[unknown-time-unit]: unknown unit of time `Hz` (a unit follows the default and the range: `unit "Hz"`)
             c.pdsl:15:8: error[bad-default]: only an array has a list of values as default (an array is declared with `float[]`, or with the range of its length: `float[3:3]`)
         "#]],
+    );
+}
+
+#[test]
+fn the_order_of_c_and_misspelt_flags_are_not_taken_for_something_else() {
+    check(
+        "float a = 0.5;\nint b: 3;\nc =3;\nd int 3 secert;\ne int 3 TF;\nf int 3 ft;\ng float 1 0:3 rad;",
+        &expect![[r#"
+            c.pdsl:2:9: error[syntax-error]: expected `;`, a default, a flag or choices, found `=` (the name comes first, then the type and the default: `a float VALUE;`)
+            c.pdsl:3:5: error[unknown-type]: unknown type `b` (the name comes first: `b int`)
+            c.pdsl:4:3: error[syntax-error]: expected a name, found `=` (the type and the default follow the name: `c TYPE VALUE;`)
+            c.pdsl:5:9: error[syntax-error]: expected `;`, a flag or choices, found `secert` (did you mean `secret`?)
+            c.pdsl:6:9: error[syntax-error]: expected `;`, a flag or choices, found `TF`
+            c.pdsl:7:9: error[syntax-error]: expected `;`, a flag or choices, found `ft` (a unit follows the default and the range: `unit "ft"`)
+            c.pdsl:8:15: error[syntax-error]: expected `;` or a flag, found `rad` (a unit follows the default and the range: `unit "rad"`)
+        "#]],
+    );
+}
+
+/// Each unit that is none is explained by the declaration around it, which may be long.
+#[test]
+fn many_errors_in_one_declaration_take_time_in_proportion() {
+    let time = |count: usize| {
+        let text = format!("ComponentParams C {{ a int {} }};", "1 sec\n".repeat(count));
+        let mut sources = SourceMap::new();
+        let source = sources.add("c.pdsl", text);
+        let started = Instant::now();
+        let (_, found) = rc_pdsl::parse(&sources, source);
+        assert!(found.into_iter().count() >= count);
+        started.elapsed()
+    };
+    let (short, long) = (time(2500), time(20_000));
+    assert!(
+        long < short * 30 + Duration::from_millis(200),
+        "2,500 errors {short:?}, 20,000 errors {long:?}"
     );
 }
