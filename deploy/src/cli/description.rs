@@ -31,7 +31,7 @@ fn read_silently(
     let (network, found) = rc_deploy_network::load(&input.file, &overrides, &mut sources, loader)
         .map_err(|error| {
         let help = copy_installed(&input.file, &error);
-        let help = help.or_else(|| network_at(&input.file));
+        let help = help.or_else(|| network_at(&input.file, &error));
         let help = help.unwrap_or_default();
         system(&format!("{}: {error}{help}", input.file.display()))
     })?;
@@ -50,10 +50,14 @@ fn copy_installed(file: &Path, error: &std::io::Error) -> Option<String> {
     ))
 }
 
-/// The network that a folder, or a name without ending, most likely means.
-fn network_at(path: &Path) -> Option<String> {
+/// The network that a folder, or a name without ending, most likely means, after the error of reading it.
+fn network_at(path: &Path, error: &std::io::Error) -> Option<String> {
     let is_network = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "ddsl");
     if !path.is_dir() {
+        // A file that is there and cannot be read is the one that was meant.
+        if error.kind() != ErrorKind::NotFound {
+            return None;
+        }
         let named = path.with_extension("ddsl");
         return named
             .exists()
@@ -156,19 +160,24 @@ pub(super) fn check(input: &Input, format: rc_diagnostics::Format) -> Result<u8,
 #[cfg(test)]
 mod tests {
     use super::network_at;
+    use std::io::{Error, ErrorKind};
 
     #[test]
     fn a_folder_and_a_name_lead_to_the_network() {
         let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| network_at(&folder.path().join(name));
-        let told = network_at(folder.path());
+        let missing = Error::from(ErrorKind::NotFound);
+        let at = |name: &str| network_at(&folder.path().join(name), &missing);
+        let is_folder = Error::from(ErrorKind::IsADirectory);
+        let told = network_at(folder.path(), &is_folder);
         assert_eq!(told.as_deref(), Some("; a network is a .ddsl file"));
         let file = folder.path().join("robot.ddsl");
         std::fs::write(&file, "").expect("a file");
         let shown = file.display();
         assert_eq!(at("robot"), Some(format!("; did you mean `{shown}`?")));
         assert_eq!(at("other"), None);
-        let told = network_at(folder.path());
+        let refused = Error::from(ErrorKind::PermissionDenied);
+        assert_eq!(network_at(&file, &refused), None);
+        let told = network_at(folder.path(), &is_folder);
         let wanted = format!("; a network is a file, such as `{shown}`");
         assert_eq!(told, Some(wanted));
     }

@@ -11,8 +11,8 @@ use std::time::Duration;
 
 /// How many bytes are kept: why a connection has ended is said last.
 const KEPT: usize = 2000;
-/// How long a process that ssh has left may hold the pipe.
-const SETTLE_LIMIT: Duration = Duration::from_millis(300);
+/// How long a process that ssh has left may hold the pipe. A busy machine needs some of it to read the rest.
+const SETTLE_LIMIT: Duration = Duration::from_secs(2);
 
 /// What is printed to a pipe, of which a thread keeps the end.
 #[derive(Debug)]

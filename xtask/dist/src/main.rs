@@ -141,7 +141,8 @@ fn write(arguments: &Arguments) -> Result<(), String> {
     let compares = arguments.check && names.has_programs();
     if compares && (arguments.built || arguments.profile == build::Profile::Dev) {
         return Err(
-            "--check compares two compilations, which are equal with the profile release, and without --built".to_owned(),
+            "--check compiles twice, in the profile release: leave out --built and --profile dev"
+                .to_owned(),
         );
     }
     let maintainer = match &arguments.maintainer {
