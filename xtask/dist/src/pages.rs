@@ -6,8 +6,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// Before the commands: a home folder of their own, `$PAGES`, which has the networks that pages name.
-/// `$PATROL` is the network of the README.
+/// `$PATROL` is the network of the README. No network outlives a command that fails.
 const PRELUDE: &str = "set -eu
+trap 'for network in patrol robot; do rcdeploy down $network > /dev/null 2>&1 || :; done' EXIT
 export HOME=\"$PAGES\"
 mkdir -p \"$PAGES/components/networks\"
 cp \"$PATROL\" \"$PAGES/components/networks/patrol.ddsl\"
