@@ -421,15 +421,19 @@ mod tests {
 
     #[test]
     fn random_changes_of_versions_are_those_of_a_plain_vector() {
-        random_changes::<3, 3>(0);
-        // Narrow pages make many levels of few items.
-        random_changes::<1, 1>(0);
-        // The third level begins after 2048 items.
-        random_changes::<7, 4>(2040);
+        // A version that was not settled has items beside its tree.
+        for settles in [0, 1, 3] {
+            random_changes::<3, 3>(0, settles);
+            // Narrow pages make many levels of few items.
+            random_changes::<1, 1>(0, settles);
+            // The third level begins after 2048 items.
+            random_changes::<7, 4>(2040, settles);
+        }
     }
 
-    /// Changes of pages with `B` and `L`, from the number of items `first` on.
-    fn random_changes<const B: u32, const L: u32>(first: usize) {
+    /// Changes of pages with `B` and `L`, from the number of items `first` on. Each version of `settles` is
+    /// settled; none if that is 0.
+    fn random_changes<const B: u32, const L: u32>(first: usize, settles: usize) {
         let mut pages: Pages<usize, B, L> = Pages::new();
         let mut plain = Vec::new();
         for number in 0..first {
@@ -450,6 +454,9 @@ mod tests {
                 plain[at] = step;
             }
             if step % 50 == 0 {
+                if (step / 50).checked_rem(settles) == Some(0) {
+                    pages.settle();
+                }
                 versions.push((pages.clone(), plain.clone()));
             }
         }
