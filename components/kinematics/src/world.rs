@@ -32,6 +32,9 @@ const EACH: Duration = Duration::from_millis(20);
 /// The longest wait for frames with which the world starts: those of the robot may be among them.
 const STARTING: Duration = Duration::from_secs(4);
 
+/// The same, if the world has a file to start with: a busy machine may start its keeper late.
+const STARTING_FROM_FILE: Duration = Duration::from_secs(30);
+
 /// A replica of the world, which gets the frames.
 pub(crate) struct World {
     driver: Driver,
@@ -105,9 +108,16 @@ impl World {
         let grounding = Grounding { axes, metre: 1.0 };
         let rights = Rights::nothing().with_type(FRAME).with_type(RT);
         let rights = rights.with_stream(RT, POSE, EACH);
+        // A file that keeps the world is there from its second run on.
+        let (start, keep) = (&ctx.params.start, &ctx.params.keep);
+        let starting = if !start.as_os_str().is_empty() || keep.is_file() {
+            STARTING_FROM_FILE
+        } else {
+            STARTING
+        };
         Ok(Some(Self {
             driver: Driver::new(ctx, Arc::new(schema), rights),
-            until: ctx.now() + STARTING,
+            until: ctx.now() + starting,
             robot: grounding.of(robot),
             wanted: Some(now.to_vec()),
             refused: String::new(),

@@ -1,12 +1,13 @@
 //! The worker without processes.
 
 use kinematics::SpecificWorker;
-use kinematics_generated::testing::TestContext;
+use kinematics_generated::testing::{TestContext, WorldSample};
 use kinematics_generated::{
     Header, InverseError, JointState, Joints, Kinematics, Quaternion, Transform, Vector3, Worker,
     WorkerError,
 };
 use std::path::Path;
+use std::time::Duration;
 
 fn started(robot: &str) -> (SpecificWorker, TestContext) {
     let mut test = TestContext::configured().expect("a configuration");
@@ -165,5 +166,30 @@ fn a_robot_that_is_not_there_ends_the_component_with_its_reason() {
     match SpecificWorker::initialize(&mut test) {
         Err(WorkerError::Fatal(what)) => assert!(what.contains("no_such.urdf"), "{what}"),
         _ => panic!("it starts"),
+    }
+}
+
+/// A frame of the file is used, so those of the robot come later. A file that nobody reads delays them for a
+/// while.
+#[test]
+fn frames_wait_for_the_start_of_a_world_that_has_a_file() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (start, wait) in [("", 4), ("home.graph", 30)] {
+        let mut test = TestContext::configured().expect("a configuration");
+        test.params.robot = here.join("../../kinematics/examples/six.urdf");
+        test.params.schema = here.join("../interfaces/home.gdsl");
+        test.params.start = start.into();
+        let mut worker = SpecificWorker::initialize(&mut test).expect("a robot");
+        let mut has_frames = |seconds| {
+            let ran = test.run(&mut worker, Duration::from_secs(seconds));
+            ran.expect("it goes on");
+            let samples = test.world.take_samples();
+            assert!(!samples.is_empty(), "it announces itself each second");
+            samples
+                .iter()
+                .any(|sample| matches!(sample, WorldSample::Change { .. }))
+        };
+        assert!(!has_frames(wait - 1), "{start}");
+        assert!(has_frames(2), "{start}");
     }
 }

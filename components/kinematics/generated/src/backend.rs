@@ -31,4 +31,4 @@ pub(crate) const TYPES_WORLD: &[&str] = &[];
 pub(crate) const TYPES_WORLD_STREAM: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"dc037de09505efbc\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"452fd0433d6b0b21\",\"middleware\":\"iceoryx2\"}\0";

@@ -128,7 +128,7 @@ const SLOT_WORLD_STREAM: Slot = Slot {
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "kinematics",
-    model_hash: 0xdc037de09505efbc,
+    model_hash: 0x452fd0433d6b0b21,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),

@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"schema","doc":["The schema of that world, which a network with a world sets. Empty: there is none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"schema","doc":["The schema of that world, which a network with a world sets. Empty: there is none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"start","doc":["The graph with which that world starts, which the network sets, too: frames of the robot come after those of the file."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"keep","doc":["The file in which that world is kept, and starts again."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}}]}"###;
 
 /// The parameters `kinematics`.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,14 @@ pub struct Params {
     ///
     /// Allowed: a path as a string.
     pub schema: std::path::PathBuf,
+    /// The graph with which that world starts, which the network sets, too: frames of the robot come after those of the file.
+    ///
+    /// Allowed: a path as a string.
+    pub start: std::path::PathBuf,
+    /// The file in which that world is kept, and starts again.
+    ///
+    /// Allowed: a path as a string.
+    pub keep: std::path::PathBuf,
 }
 
 impl Params {
@@ -30,6 +38,8 @@ impl Params {
             robot: values.path("robot"),
             publish_frames: values.bool("publish_frames"),
             schema: values.path("schema"),
+            start: values.path("start"),
+            keep: values.path("keep"),
         }
     }
 }
