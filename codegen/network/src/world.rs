@@ -65,8 +65,8 @@ pub(crate) fn check(
     let shares = |project: &&Rc<Project>| {
         keeper::shares_any(project) && project.component.name.text != keeper::KEEPER
     };
-    let is_used = !members.is_empty() || projects.iter().flatten().any(|one| shares(&one));
-    if !is_used && all_are_known {
+    let others_share = projects.iter().flatten().any(|one| shares(&one));
+    if members.is_empty() && !others_share && all_are_known {
         let message = format!("no component shares the world `{}`", world.name.text);
         let warning = Diagnostic::warning("unused-world", world.name.span, message);
         found.push(warning.help("write a clause `world` in a `.cdsl`"));
@@ -99,7 +99,10 @@ pub(crate) fn check(
     keep(world, found);
     if all_fit && all_are_known {
         writers(&schema, &members, found);
-        readers(&schema, &members, start.as_ref(), found);
+        // What a component writes that shares any world is not declared.
+        if !others_share {
+            readers(&schema, &members, start.as_ref(), found);
+        }
         link_load::check(deployment, &members, &schema, start.as_ref(), found);
     }
 }

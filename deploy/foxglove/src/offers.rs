@@ -6,7 +6,7 @@ use crate::poll::Snapshot;
 use crate::protocol;
 use crate::shapes::{Shape, shapes};
 use crate::world::Part;
-use rc_observe::{End, Network, Operation, SendingClock, Topic};
+use rc_observe::{Component, End, Network, Operation, SendingClock, Topic};
 use rc_record::{Schema, schema};
 use rc_values::{Interface, Struct};
 use serde_json::{Value as Json, json};
@@ -146,10 +146,7 @@ impl Offers {
         let (mut channels, mut readings) = (BTreeMap::new(), BTreeMap::new());
         let mut graph = Graph::default();
         let topics = network.topics();
-        if topics
-            .iter()
-            .any(|topic| topic.interface.name == "RcWorld::World")
-        {
+        if network.components.iter().any(Component::has_world) {
             for part in Part::ALL {
                 let (topic, form) = (part.topic().to_owned(), Form::World(part));
                 let id = self.id(topic.clone(), "", 0, &form);

@@ -110,6 +110,14 @@ pub struct Operation {
     pub operation: rc_values::Operation,
 }
 
+impl Component {
+    /// Whether it has a replica of the network's shared world. One that shares the world of any network
+    /// has none where there is no world.
+    pub fn has_world(&self) -> bool {
+        !self.described.world.is_empty() || self.status.world.is_some()
+    }
+}
+
 impl End {
     /// Whether its messages do not leave its process: tools reach it by its management alone.
     pub(crate) fn is_inside(&self) -> bool {

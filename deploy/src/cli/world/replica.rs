@@ -89,8 +89,21 @@ fn kind(topic: &Topic) -> Option<rc_world::Topic> {
 
 /// Whether components of a network share a world.
 pub(super) fn has_world(network: &Network) -> bool {
-    let mut topics = network.topics().into_iter();
-    topics.any(|topic| kind(&topic) == Some(rc_world::Topic::Digest))
+    !replicas(network, &network.topics()).is_empty()
+}
+
+/// The components of a network that have replicas, of those that publish these topics.
+fn replicas(network: &Network, topics: &[Topic]) -> BTreeSet<String> {
+    let digests = topics
+        .iter()
+        .filter(|topic| kind(topic) == Some(rc_world::Topic::Digest));
+    let names: BTreeSet<&str> = digests
+        .flat_map(|topic| &topic.publishers)
+        .map(|end| end.component.as_str())
+        .collect();
+    let own = network.components.iter();
+    let own = own.filter(|own| own.has_world() && names.contains(own.name.as_str()));
+    own.map(|own| own.name.clone()).collect()
 }
 
 /// The schema of these files.
@@ -113,14 +126,10 @@ impl Listener {
     /// Opens the topics of a network's world. `only` is the one instance whose replica is heard.
     pub(super) fn open(network: &str, only: Option<&str>) -> Result<Self, Failure> {
         let network = look(network)?;
-        let topics = network.topics().into_iter();
+        let topics = network.topics();
+        let names = replicas(&network, &topics);
+        let topics = topics.into_iter();
         let topics = topics.filter_map(|topic| Some((kind(&topic)?, topic)));
-        let topics: Vec<(rc_world::Topic, Topic)> = topics.collect();
-        let digests = topics
-            .iter()
-            .filter(|(kind, _)| *kind == rc_world::Topic::Digest);
-        let names = digests.flat_map(|(_, topic)| &topic.publishers);
-        let names: BTreeSet<String> = names.map(|end| end.component.clone()).collect();
         if names.is_empty() {
             let message = format!("no component of `{}` has a world", clean(&network.name));
             return Err(Failure(1, message));

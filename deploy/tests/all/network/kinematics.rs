@@ -107,6 +107,11 @@ fn links_and_positions_of_a_robot_are_answers_of_a_component() {
     }
     let joints = answer("getJoints", &json!({}));
     assert_eq!(joints[2]["name"], "elbow", "{joints}");
+    // It shares the world of any network, and this one has none.
+    let world = tool(&["world", &site.network]);
+    let told = format!("no component of `{}` has a world", site.network);
+    assert_eq!(world.code, 1, "{world:?}");
+    assert!(world.stderr.contains(&told), "{world:?}");
     assert_eq!(tool(&["down", &site.network]).code, 0);
     site.assert_nothing_left();
 }
@@ -127,6 +132,17 @@ const SHARED: &str = "Deployment patrol
     Component kinematics
     {
         cdsl \"../kinematics/kinematics.cdsl\";
+    };
+};
+";
+
+const WATCHER: &str = "Component watcher
+{
+    Communications { };
+    language rust;
+    world \"home.gdsl\" as g
+    {
+        reads Frame;
     };
 };
 ";
@@ -152,6 +168,21 @@ fn frames_of_a_robot_are_in_the_world_of_its_network() {
         include_str!("../../../../components/interfaces/home.gdsl"),
     );
     site.write("kitchen.graph", KITCHEN);
+    // Whoever reads frames gets those of the robot.
+    site.write("watcher.cdsl", WATCHER);
+    let watched = SHARED.replacen(
+        "    Component keeper",
+        "    Component watcher { cdsl \"watcher.cdsl\"; };\n    Component keeper",
+        1,
+    );
+    let alone = watched.replace("../kinematics/kinematics.cdsl", "../avoider/avoider.cdsl");
+    for (text, is_found) in [(&watched, false), (&alone, true)] {
+        site.write_ddsl(&text.replace("start \"kitchen.graph\";", ""));
+        let checked = site.rcdeploy(&["check", "--profile", "dev"], true);
+        let found = checked.stderr.contains("world-unwritten");
+        assert_eq!(found, is_found, "{checked:?}");
+    }
+    site.write_ddsl(SHARED);
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let tool = |words: &[&str]| site.rcdeploy(words, false);
