@@ -40,8 +40,8 @@ class Graph:
 
     @classmethod
     def read(cls, file: str | Path, include: Iterable[str | Path] = ()) -> Graph:
-        """Reads a `.graph` file, or the JSON of DSR. The schema that it names is looked for next to it and
-        in the folders `include`. Warnings go to the log `robocomp`.
+        """Reads a `.graph` file, the JSON of DSR, or the robot of a `.urdf` file. The schema that it names is
+        looked for next to it and in the folders `include`. Warnings go to the log `robocomp`.
 
         Raises `ValueError` with line and column if the text is wrong, and `OSError` if the file cannot
         be read.

@@ -80,7 +80,7 @@ impl Graph {
 
 #[pymethods]
 impl Graph {
-    /// Reads a `.graph` file, or the JSON of DSR. Its schema is looked for in its folder and in the
+    /// Reads a `.graph` file, the JSON of DSR, or the robot of a `.urdf` file. Its schema is looked for in its folder and in the
     /// folders `include`. Returns the graph, and warnings about the file.
     #[staticmethod]
     fn read(py: Python<'_>, file: PathBuf, include: Vec<PathBuf>) -> PyResult<(Self, Vec<String>)> {
