@@ -5,22 +5,20 @@ use rc_codegen::{Project, paths};
 use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
+use rc_vocabulary::WORLD_SLOTS;
 use std::path::Path;
 use std::rc::Rc;
 
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
-/// The topics of replicas, in `World.idsl`.
-const REPLICAS: &str = "RcWorld::World";
-
 /// Whether a component meets other replicas of a world by slots of its own, so that its schema is that of the network.
 pub(crate) fn shares_any(project: &Project) -> bool {
     let component = &project.component;
     component.world.is_none()
         && component.slots.iter().any(|slot| {
-            slot.role == Role::Publishes
-                && component.library.interface_path(slot.interface) == REPLICAS
+            let interface = component.library.interface_path(slot.interface);
+            slot.role == Role::Publishes && interface == WORLD_SLOTS[0].type_name
         })
 }
 
