@@ -296,12 +296,15 @@ fn sequence(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> TypeKind {
 /// The word at the end of `text`, and what precedes it.
 fn last_word(text: &str) -> (&str, &str) {
     let text = text.trim_end();
-    let begins = text.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
-    text.split_at(begins.map_or(0, |at| at + 1))
+    let before = text.trim_end_matches(|c: char| c.is_alphanumeric() || c == '_' || c == ':');
+    text.split_at(before.len())
 }
 
-/// What to write instead of `float[3] a;` and `int[] a;`.
+/// What to write instead of `float[3] a;`, `int[] a;` and `int a, b;`.
 fn member_help(before: &str, from: &str) -> Option<String> {
+    if from.starts_with(',') {
+        return Some("each member has a type of its own: `int a; int b;`".to_owned());
+    }
     let (_, ty) = last_word(before);
     let (size, rest) = from.strip_prefix('[')?.split_once(']')?;
     let name = rest.trim_end_matches(';').trim();

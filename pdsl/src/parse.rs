@@ -100,7 +100,8 @@ fn habit(before: &str, from: &str) -> Option<String> {
             "a declaration has no `:`, as in `{name} float 0.5;`"
         )),
         '=' => Some(format!("{order}: `{name} {ty} VALUE;`")),
-        '[' if from.contains(':') => Some("a range has no brackets, as in `0:1`".to_owned()),
+        '[' => Some("a range has no brackets, as in `0:1`".to_owned()),
+        '0'..='9' if from.contains("..") => Some("a range has a colon, as in `0:1`".to_owned()),
         _ => unit_of_number(before, from),
     }
 }

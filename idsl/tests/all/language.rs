@@ -198,7 +198,7 @@ fn a_syntax_error_does_not_hide_later_errors() {
          sequence<int L;\ndictionary<int> N;\nconst int O;\nStruct P { };\n§ x;\nstruct Q { string<x> a; };\n\
          struct R extends Q { int a; };\nitn z;",
         &expect![[r#"
-            m.idsl:2:17: error[syntax-error]: expected `;`, `=` or `[`, found `,`
+            m.idsl:2:17: error[syntax-error]: expected `;`, `=` or `[`, found `,` (each member has a type of its own: `int a; int b;`)
             m.idsl:2:26: error[syntax-error]: expected a name, found `[` (the length follows the name: `int c[3];`)
             m.idsl:2:34: error[syntax-error]: expected a name, found `;`
             m.idsl:2:44: error[syntax-error]: expected a value, found `;`
@@ -603,6 +603,14 @@ fn habits_of_other_languages_get_the_way_to_write_it_here() {
             m.idsl:3:76: error[syntax-error]: expected `)` or `,`, found `s` (remove `in`: a parameter without `out` is an input)
             m.idsl:3:95: error[syntax-error]: expected `)` or `,`, found `s` (write a parameter for the input, and one with `out` for the result)
             m.idsl:3:106: error[syntax-error]: expected `)` or a parameter, found `&`
+        "#]],
+    );
+    // A comment before the error ends with a sign of several bytes.
+    check(
+        "struct S { float // →\n[3] a; };\ninterface I { void f(int // →\n& a); };",
+        &expect![[r#"
+            m.idsl:3:1: error[syntax-error]: expected a name, found `[`
+            m.idsl:5:1: error[syntax-error]: expected a name, found `&`
         "#]],
     );
     check_file(

@@ -422,7 +422,7 @@ fn habits_of_other_languages_get_the_way_to_write_it_here() {
 #[test]
 fn the_order_of_c_and_misspelt_flags_are_not_taken_for_something_else() {
     check(
-        "float a = 0.5;\nint b: 3;\nc =3;\nd int 3 secert;\ne int 3 TF;\nf int 3 ft;\ng float 1 0:3 rad;",
+        "float a = 0.5;\nint b: 3;\nc =3;\nd int 3 secert;\ne int 3 TF;\nf int 3 ft;\ng float 1 0:3 rad;\nh float 1 [0, 3];\ni float 1 0..3;",
         &expect![[r#"
             c.pdsl:2:9: error[syntax-error]: expected `;`, a default, a flag or choices, found `=` (the name comes first, then the type and the default: `a float VALUE;`)
             c.pdsl:3:5: error[unknown-type]: unknown type `b` (the name comes first: `b int`)
@@ -431,6 +431,8 @@ fn the_order_of_c_and_misspelt_flags_are_not_taken_for_something_else() {
             c.pdsl:6:9: error[syntax-error]: expected `;`, a flag or choices, found `TF`
             c.pdsl:7:9: error[syntax-error]: expected `;`, a flag or choices, found `ft` (a unit follows the default and the range: `unit "ft"`)
             c.pdsl:8:15: error[syntax-error]: expected `;` or a flag, found `rad` (a unit follows the default and the range: `unit "rad"`)
+            c.pdsl:9:11: error[syntax-error]: expected `;`, a flag or choices, found `[` (a range has no brackets, as in `0:1`)
+            c.pdsl:10:11: error[syntax-error]: expected `;`, a flag, a range or choices, found `0` (a range has a colon, as in `0:1`)
         "#]],
     );
 }
