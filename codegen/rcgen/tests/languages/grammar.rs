@@ -56,7 +56,7 @@ const GAPS: [&str; 13] = [
     "\n\n\n",
     "\r\n    ",
     " /* c */ ",
-    " // to the end\n",
+    " // to the end →\n",
     "\n/// about it\n",
     "\n  /** more\n   * about it */\n",
     "\n/** one */ ",
