@@ -5,6 +5,12 @@ use crate::programs::{Failure, LongTest, cargo, long_tests, output, target};
 use crate::pypi;
 use std::time::Duration;
 
+/// Differential inverse kinematics in Python, and its packages. Each has an environment of its own: one that cannot be installed has no row.
+const DIFFERENTIAL: [(&str, &[&str]); 2] = [
+    ("mink", &["mink==1.3.0", "mujoco==4.0.0", "daqp==0.11.0"]),
+    ("pink", &["pin-pink==4.4.0", "pin==4.1.0", "daqp==0.11.0"]),
+];
+
 /// The limit for builds, compilers and a run.
 const LIMIT: Duration = Duration::from_mins(30);
 
@@ -25,6 +31,12 @@ pub(crate) fn run() -> Result<(), Failure> {
     let mut bench = cargo(&words)?;
     let folder = target()?.join("bench_kinematics");
     bench.arg("--").arg(folder).arg(python);
+    for (name, packages) in DIFFERENTIAL {
+        match pypi::packages(&format!("bench-{name}"), packages) {
+            Ok(python) => _ = bench.arg(name).arg(python),
+            Err(reason) => eprintln!("xtask: there is no row beside {name}: {reason}"),
+        }
+    }
     print!("{}", output(bench, LIMIT)?);
     Ok(())
 }

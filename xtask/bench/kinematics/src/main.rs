@@ -2,8 +2,10 @@
 //! the same optimisation, on one thread. Prints rows of Markdown.
 //!
 //! Arguments: a folder for programs, and an interpreter of Python that has the packages `pin`, `cmeel-eigen`,
-//! `example-robot-data`, `casadi` and `ik-geo`.
+//! `example-robot-data`, `casadi` and `ik-geo`. Then `mink` and `pink`, each before an interpreter that has it; each may
+//! be missing.
 
+mod differential;
 mod peers;
 
 use rc_diagnostics::{Format, SourceMap, render};
@@ -260,9 +262,15 @@ fn interpreted(solver: &Solver, count: usize) -> f64 {
 
 fn main() {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
-    let [folder, python] = arguments.as_slice() else {
+    let [folder, python, others @ ..] = arguments.as_slice() else {
         panic!("a folder, and an interpreter");
     };
+    let (others, rest) = others.as_chunks::<2>();
+    assert!(rest.is_empty(), "an interpreter for each name");
+    let others: Vec<(String, PathBuf)> = others
+        .iter()
+        .map(|[name, python]| (name.to_str().expect("a name").to_owned(), python.clone()))
+        .collect();
     let place = Command::new(python)
         .args([
             "-c",
@@ -386,7 +394,7 @@ fn main() {
     }
     let robots = prefix.join("share/example-robot-data/robots");
     let urdf = robots.join(ROBOTS[0].file);
-    let (beside, is_met) = peers::rows(&ROBOTS[0], &urdf, folder, python);
+    let (beside, is_met) = peers::rows(&ROBOTS[0], &urdf, folder, python, &others);
     met &= is_met;
     print!("{rows}\n{facts}\n{beside}");
     if !met {

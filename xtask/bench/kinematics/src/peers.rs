@@ -1,10 +1,11 @@
 //! One arm beside CasADi in C, beside the crate `k`, and beside the package `ik-geo`, whose Rust is called from Python: the crate needs
-//! CMake for a library of C++. `mink` and `pink` are loops of Python.
+//! CMake for a library of C++. Also beside the packages of [`differential`].
 
+use crate::differential;
 use crate::{BLOCKS, RUNS, Robot, STATES, around, c, cell_of, compiled, rust, states, times};
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
@@ -41,8 +42,15 @@ fn by_k(urdf: &str, tip: &str) -> f64 {
     })
 }
 
-/// Rows of Markdown, and whether all goals are met.
-pub(crate) fn rows(robot: &Robot, urdf: &Path, folder: &Path, python: &Path) -> (String, bool) {
+/// Rows of Markdown, and whether all goals are met. `others` are the packages of [`differential`], and their
+/// interpreters.
+pub(crate) fn rows(
+    robot: &Robot,
+    urdf: &Path,
+    folder: &Path,
+    python: &Path,
+    others: &[(String, PathBuf)],
+) -> (String, bool) {
     let at = |name: &str| folder.join(name).to_str().expect("a text").to_owned();
     let text = std::fs::read_to_string(urdf).expect("a robot");
     let (tip, base) = (robot.tips[0], robot.base);
@@ -93,6 +101,7 @@ pub(crate) fn rows(robot: &Robot, urdf: &Path, folder: &Path, python: &Path) -> 
     geo.arg(&script);
     geo.args([RUNS, BLOCKS, STATES].map(|count| count.to_string()));
     let geo = times(&mut geo)["reach"];
+    let in_python = differential::rows(robot, Path::new(urdf), folder, others);
     let measured = [
         ("pose and Jacobian in C, CasADi", own, theirs, "ns"),
         (
@@ -111,13 +120,22 @@ pub(crate) fn rows(robot: &Robot, urdf: &Path, folder: &Path, python: &Path) -> 
     ];
     let (mut rows, mut met) = (String::new(), true);
     rows.push_str("| UR5 beside | goal | own | other | share |\n|---|---|---|---|---|\n");
-    for ((what, own, other, unit), goal) in measured.into_iter().zip(GOALS) {
+    let measured = measured
+        .into_iter()
+        .zip(GOALS)
+        .map(|((what, own, other, unit), goal)| (what.to_owned(), own, other, unit, goal));
+    let in_python = in_python
+        .into_iter()
+        .map(|(what, own, other)| (what, own, other, "ns", differential::GOAL));
+    for (what, own, other, unit, goal) in measured.chain(in_python) {
         let share = own / other;
         met &= share <= goal;
+        // A share that is not rounded to nothing.
+        let digits = if share < 0.01 { 4 } else { 2 };
         let verdict = if share <= goal { "met" } else { "**missed**" };
         writeln!(
             rows,
-            "| {what} | ≤ {goal} | {own:.0} {unit} | {other:.0} {unit} | {share:.2} {verdict} |"
+            "| {what} | ≤ {goal} | {own:.0} {unit} | {other:.0} {unit} | {share:.digits$} {verdict} |"
         )
         .expect("a text");
     }
