@@ -19,12 +19,13 @@ use rc_cdsl::Component;
 use rc_diagnostics::{Diagnostic, Diagnostics};
 
 /// Members of the context of every component.
-const CONTEXT: [&str; 10] = [
+const CONTEXT: [&str; 11] = [
     "name",
     "network",
     "state",
     "now",
     "period",
+    "set_parameter",
     "set_period",
     "is_stopping",
     "stop",

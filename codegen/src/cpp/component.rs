@@ -218,11 +218,12 @@ fn slot(index: usize, slot: &view::Slot) -> Option<Slot> {
 }
 
 /// The members of every `TestContext`.
-const TEST_FUNCTIONS: [&str; 9] = [
+const TEST_FUNCTIONS: [&str; 10] = [
     "advance",
     "end_calls",
     "list_members",
     "params",
+    "requested_parameters",
     "run",
     "set_state",
     "set_time",

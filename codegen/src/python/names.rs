@@ -28,7 +28,7 @@ const IMPORTS: [&str; 11] = [
 ];
 
 /// Members of every context.
-const OF_CONTEXT: [&str; 18] = [
+const OF_CONTEXT: [&str; 19] = [
     "is_stopping",
     "lifecycle",
     "link",
@@ -41,6 +41,7 @@ const OF_CONTEXT: [&str; 18] = [
     "params",
     "period",
     "random",
+    "set_parameter",
     "set_period",
     "state",
     "stop",
@@ -50,13 +51,14 @@ const OF_CONTEXT: [&str; 18] = [
 ];
 
 /// Members of every context of a test, in addition to the fakes of the slots.
-const OF_TESTS: [&str; 11] = [
+const OF_TESTS: [&str; 12] = [
     "advance",
     "answer_defaults",
     "ctx",
     "link",
     "list_members",
     "now",
+    "requested_parameters",
     "run",
     "set_state",
     "set_time",
