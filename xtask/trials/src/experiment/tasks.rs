@@ -146,9 +146,8 @@ fn deploy(network: &str) -> Task {
         steps: vec![
             change(
                 &format!("deployments/{network}.ddsl"),
-                "    middleware iceoryx2;",
-                "    middleware iceoryx2;\n    \
-                 Component counter { cdsl \"../components/counter/counter.cdsl\"; };\n    \
+                "    // Component guard { cdsl \"../components/guard/guard.cdsl\"; };",
+                "    Component counter { cdsl \"../components/counter/counter.cdsl\"; };\n    \
                  Component reader { cdsl \"../components/reader/reader.cdsl\"; };",
             ),
             Step::Up,
