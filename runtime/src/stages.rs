@@ -23,14 +23,14 @@ use crate::own_changes::OwnChanges;
 use crate::ports::{Connections, Interceptors, Ports, Receiver};
 use crate::settings::settings;
 use crate::shared::place::Place;
-use crate::slots::SlotTable;
+use crate::slots::{OpenSlot, SlotTable};
 use crate::start::Start;
 use crate::status::{NetworkTime, Shared};
 use crate::testing::defaults::DefaultReply;
 use crate::time::protocol::turn_of;
 use crate::time::{ClockChoice, TimeRole, ends};
 use rc_files::Disk;
-use rc_management::component::ClockKind;
+use rc_management::component::{ClockKind, Role};
 use rc_middleware::lifecycle::LifecycleService;
 use rc_middleware::{Environment, RunDirectory, Settings, WakeEvent};
 use std::fs::File;
@@ -168,6 +168,9 @@ impl<'a> Prepared<'a> {
             Hosting::Shared(place) => shared.beside(place.done.clone()),
             Hosting::Process(_) | Hosting::Thread(_) => shared,
         });
+        if matches!(hosting, Hosting::Process(_)) && !Link::is_expected() {
+            report_default_addresses(&slots, network);
+        }
         let commands = Arc::new(CommandQueue::new(wake_event.clone()));
         let environment = Environment {
             network: network.clone(),
@@ -451,6 +454,25 @@ impl Prepared<'_> {
         if !starts_itself {
             notify::notify(ServiceState::Ready);
         }
+    }
+}
+
+/// Reports where the calls of a component go that was started by hand: without a `.ddsl`, its servers
+/// are seldom there.
+fn report_default_addresses(slots: &SlotTable, network: &str) {
+    let all = slots.all();
+    let default = |slot: &OpenSlot| {
+        let address = slot.address.as_ref()?.to_string();
+        let is_default = address == format!("{network}/{}", slot.slot.interface);
+        (slot.role == Role::Requires && is_default).then(|| format!("`{address}`"))
+    };
+    let addresses: Vec<String> = all.iter().filter_map(|slot| default(slot)).collect();
+    if let [_, ..] = &*addresses {
+        tracing::info!(
+            "started without rcdeploy: this component calls servers at {}; to call others, name their \
+             addresses with `--bind SLOT=ADDRESS`, or start its network with `rcdeploy up`",
+            addresses.join(", ")
+        );
     }
 }
 
