@@ -114,7 +114,11 @@ impl RequestQueue {
 
     /// Drops all requests, which ends the wait for their answers.
     fn close(&self) {
-        *self.requests() = None;
+        let dropped = self.requests().take().unwrap_or_default();
+        let own = dropped
+            .iter()
+            .filter(|r| matches!(r, BackendRequest::Own(..)));
+        self.own.fetch_sub(own.count(), Ordering::Release);
     }
 
     /// Gives a request to the management thread; false when the component ends.
@@ -132,13 +136,16 @@ impl RequestQueue {
     /// # Errors
     /// Too many changes of the worker wait.
     pub(crate) fn request_own(&self, path: &str, value: Value) -> Result<(), String> {
-        // Only the worker adds some.
-        if self.own.load(Ordering::Relaxed) >= MOST_OWN {
-            return Err(format!("{MOST_OWN} changes of this worker wait already"));
+        // A component that ends changes nothing, so nothing waits.
+        if let Some(requests) = &mut *self.requests() {
+            // Only the worker adds some.
+            if self.own.load(Ordering::Relaxed) >= MOST_OWN {
+                return Err(format!("{MOST_OWN} changes of this worker wait already"));
+            }
+            self.own.fetch_add(1, Ordering::Relaxed);
+            requests.push(BackendRequest::Own(path.to_owned(), value));
+            self.management.wake();
         }
-        self.own.fetch_add(1, Ordering::Relaxed);
-        // A component that ends changes nothing.
-        self.push(BackendRequest::Own(path.to_owned(), value));
         Ok(())
     }
 
@@ -192,5 +199,27 @@ impl ParameterService for RequestQueue {
     fn watch(&self, listener: ParameterListener) {
         // A component that ends has nothing to tell.
         self.push(BackendRequest::Subscribe(listener));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::waker::waker;
+
+    #[test]
+    fn own_changes_of_a_component_that_ends_do_not_wait() {
+        let (waker, _wakeups) = waker().expect("a pair");
+        let queue = RequestQueue::new(waker);
+        for _ in 0..MOST_OWN {
+            queue.request_own("speed", 1.into()).expect("room");
+        }
+        queue.request_own("speed", 1.into()).expect_err("no room");
+        queue.close();
+        assert!(!queue.has_own());
+        for _ in 0..=MOST_OWN {
+            queue.request_own("speed", 1.into()).expect("it ends");
+        }
+        assert!(!queue.has_own());
     }
 }
