@@ -103,6 +103,7 @@ impl Model {
                 return self.asked(self.host == Host::Up && !self.stopping, question, quit);
             }
             Key::Control('l') => return Some(Command::Redraw),
+            Key::Char('?') if self.page == Page::Help => self.turn_to(Page::Table),
             Key::Char('?') => self.turn_to(Page::Help),
             Key::Esc | Key::Backspace => self.turn_to(Page::Table),
             Key::Char('l') => self.turn_to_component(Page::Log),

@@ -46,6 +46,15 @@ fn folded_groups_summarise_their_components() {
 }
 
 #[test]
+fn the_key_that_opens_the_help_closes_it() {
+    let mut model = model(Host::Top);
+    keys(&mut model, "?");
+    assert_eq!(model.page, Page::Help);
+    keys(&mut model, "?");
+    assert_eq!(model.page, Page::Table);
+}
+
+#[test]
 fn stop_asks_for_confirmation_and_emergency_does_not() {
     let mut model = model(Host::Up);
     assert_eq!(keys(&mut model, "x"), None);
