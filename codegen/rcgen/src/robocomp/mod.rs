@@ -329,6 +329,13 @@ fn network(
         if !after.is_empty() {
             let _ = writeln!(out, "        after {};", after.join(", "));
         }
+        let is_there = |alias: &&String| members.iter().any(|other| other.node.alias == **alias);
+        for alias in member.node.after.iter().filter(|alias| !is_there(alias)) {
+            let (name, alias) = (&member.name, clean(alias));
+            left.push(format!(
+                "`{name}` does not wait for `{alias}`: the network has no such component"
+            ));
+        }
         out.push_str("    };\n\n");
     }
     for member in members {

@@ -75,7 +75,7 @@ fn folder() -> tempfile::TempDir {
         path,
         "old/robot.xml",
         "<?xml version=\"1.0\"?>\n<rcmanager>\n<node alias=\"Mind 1\" endpoint=\"mind:tcp -h 10.0.0.9 -p 9\">\
-         <dependence alias=\"Hand\"/><workingDir path=\"/home/me/old/mind/src\"/><upCommand command=\"python mind.py etc/config\"/></node>\n\
+         <dependence alias=\"Hand\"/><dependence alias=\"storm\"/><workingDir path=\"/home/me/old/mind/src\"/><upCommand command=\"python mind.py etc/config\"/></node>\n\
          <node alias=\"Hand\" endpoint=\"hand:tcp -p 10500\"><upCommand command=\"/opt/bin/hand --Ice.Config=etc/config\"/></node>\n</rcmanager>\n",
     );
     folder
@@ -204,6 +204,7 @@ fn a_folder_of_robocomp_becomes_components_and_networks() {
         ## The network robot
 
         - host `10.0.0.9`: `rcdeploy up` reaches it by ssh; a `user` may be missing (docs/several-machines.md)
+        - `Mind_1` does not wait for `storm`: the network has no such component
         - `Mind_1.Gripper` is external: no component of the network serves localhost:10501
 
         ## Other files
