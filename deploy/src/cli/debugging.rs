@@ -6,7 +6,7 @@ use clap::Args;
 use rc_deploy_network::plan::{Component, Plan};
 use rc_deploy_network::{Network, Sanitizer};
 use rc_middleware::RunDirectory;
-use rc_vocabulary::{Restart, RestartPolicy};
+use rc_vocabulary::{Restart, RestartPolicy, shell};
 use rustix::io::FdFlags;
 use std::ffi::OsString;
 use std::io;
@@ -150,8 +150,8 @@ impl Debugging {
                 notes.push(format!(
                     "{} waits for gdb: `gdb -ex {} {}` in another terminal, then `continue`",
                     component.name,
-                    shell_word(&format!("target remote {}", socket.display())),
-                    shell_word(&component.executable.to_string_lossy())
+                    shell::word(&format!("target remote {}", socket.display())),
+                    shell::word(&component.executable.to_string_lossy())
                 ));
                 under(component, "gdbserver", Vec::new());
                 behind_socket(component, &socket)?;
@@ -233,13 +233,4 @@ pub(super) fn serve_gdb(socket: &Path, command: &[OsString]) -> Result<u8, Failu
         .stdout(copy)
         .exec();
     Err(failed(error))
-}
-
-/// A text as a word of a shell.
-fn shell_word(text: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
-    if text.chars().all(is_plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', r"'\''"))
 }

@@ -2,6 +2,7 @@
 
 use crate::selection::{Component, LIBRARY, Language, Selection};
 use crate::tree;
+use rc_vocabulary::shell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -250,9 +251,9 @@ fn wrapper_script(root: &Path) -> Result<String, String> {
     let root = root
         .to_str()
         .ok_or("the folder of the project is not UTF-8")?;
-    let root = root.replace('\'', "'\\''");
+    let root = shell::word(root);
     Ok(format!(
-        "#!/bin/sh\nroot='{root}'\ncase \"$CARGO_MANIFEST_DIR\" in\n\"$root\"/*/generated)\n    \
+        "#!/bin/sh\nroot={root}\ncase \"$CARGO_MANIFEST_DIR\" in\n\"$root\"/*/generated)\n    \
          export CARGO_MANIFEST_DIR=\"{SOURCES}${{CARGO_MANIFEST_DIR#\"$root\"}}\" ;;\nesac\nexec \"$@\"\n"
     ))
 }

@@ -2,6 +2,7 @@
 //! ```` ```console ```` with the mark `installed`. `deploy/tests/docs/book.rs` compares what they print.
 
 use crate::named;
+use rc_vocabulary::shell;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -90,8 +91,8 @@ fn add(
                 "{page}:{line}: a command with the mark `installed` has to end"
             ));
         }
-        let shown = format!("{page}:{line}: {command}").replace('\'', "'\\''");
-        let _ = writeln!(script, "echo '{shown}'");
+        let shown = shell::word(&format!("{page}:{line}: {command}"));
+        let _ = writeln!(script, "echo {shown}");
         if is_last && marks.contains(&"fails") {
             let _ = writeln!(script, "if {command}\nthen echo 'it succeeds'; exit 1; fi");
         } else {
