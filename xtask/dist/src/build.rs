@@ -227,7 +227,8 @@ impl Build {
             self.profile.word(),
             selects,
         ]);
-        cargo.current_dir(&self.root);
+        // An installed `rcgen` knows no folder of the framework, in either profile.
+        cargo.current_dir(&self.root).env("ROBOCOMP_PACKAGED", "1");
         if self.profile == Profile::Dev {
             return cargo;
         }
@@ -239,8 +240,7 @@ impl Build {
         cargo
             .args(["--target-dir".as_ref(), self.target.as_os_str()])
             .env("CARGO_ENCODED_RUSTFLAGS", rust.join("\u{1f}"))
-            .env("RUSTC_WRAPPER", self.wrapper())
-            .env("ROBOCOMP_PACKAGED", "1");
+            .env("RUSTC_WRAPPER", self.wrapper());
         cargo
     }
 }

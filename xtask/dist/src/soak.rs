@@ -103,6 +103,7 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     run(Command::new("unshare")
         .args(["--mount", "--pid", "--fork", "--net", "sh", "-c", inside])
         .arg(&root)
+        .env("HOME", "/root")
         .env(
             "PATH",
             "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
