@@ -90,13 +90,10 @@ impl Snapshot {
         if is_same(new, old) {
             return;
         }
-        let symbols = |attributes: &Attributes| -> Vec<Symbol> {
-            let all = attributes.iter().flat_map(|all| all.iter());
-            all.map(|(symbol, _)| *symbol).collect()
-        };
-        let mut all = symbols(new);
-        all.extend(symbols(old));
-        all.retain(|symbol| value(new, *symbol) != value(old, *symbol));
+        let both = [new, old].into_iter().flatten();
+        let symbols = both.flat_map(|all| all.iter()).map(|(symbol, _)| *symbol);
+        let is_other = |symbol: &Symbol| value(new, *symbol) != value(old, *symbol);
+        let mut all: Vec<Symbol> = symbols.filter(is_other).collect();
         // All that have the value have another one.
         if self.types.has_groups
             && let Ok(kind) = self.kind(element)

@@ -19,7 +19,7 @@ mod unit;
 pub use format::{Style, Token, TokenKind, format, tokens, with_ends_of};
 pub use import_edit::import_edit;
 pub use literal::{Literal, LiteralKind, unescape};
-pub use loader::{ImportError, ImportedFile, Loader, MemoryLoader, home_in_path};
+pub use loader::{Beside, ImportError, ImportedFile, Loader, MemoryLoader, home_in_path};
 pub use parse_context::{Language, ParseContext, Terminal};
 pub use trivia::Trivia;
 pub use unit::unknown_unit;

@@ -2,6 +2,7 @@
 
 use rc_diagnostics::{Diagnostic, Span};
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A file that a [`Loader`] found.
@@ -71,6 +72,32 @@ pub trait Loader {
     /// One path for all paths that lead to the file at `path`.
     fn identity(&self, path: &Path) -> PathBuf {
         path.to_path_buf()
+    }
+}
+
+/// A loader of files in the folder of the file that imports them. It reads with this function.
+pub struct Beside(pub fn(&Path) -> io::Result<String>);
+
+impl Loader for Beside {
+    fn find(
+        &self,
+        from: &Path,
+        wanted: &str,
+        extension: &str,
+    ) -> Result<ImportedFile, ImportError> {
+        let folder = from.parent().unwrap_or(Path::new(""));
+        let mut path = folder.join(wanted);
+        if path.extension().is_none() {
+            path.set_extension(extension);
+        }
+        match (self.0)(&path) {
+            Ok(text) => Ok(ImportedFile { path, text }),
+            Err(error) => Err(ImportError {
+                searched: vec![folder.display().to_string()],
+                known: Vec::new(),
+                refused: (error.kind() != io::ErrorKind::NotFound).then(|| error.to_string()),
+            }),
+        }
     }
 }
 

@@ -3,28 +3,8 @@
 use rc_diagnostics::{Format, SourceMap, render};
 use rc_kinematics::Cell;
 use rc_robot::Grounding;
-use rc_syntax::{ImportError, ImportedFile, Loader};
+use rc_syntax::Beside;
 use std::path::Path;
-
-/// Reads robots and schemas beside the file that names them.
-pub(crate) struct Beside;
-
-impl Loader for Beside {
-    fn find(&self, from: &Path, wanted: &str, ending: &str) -> Result<ImportedFile, ImportError> {
-        let mut path = from.parent().unwrap_or(Path::new("")).join(wanted);
-        if path.extension().is_none() {
-            path.set_extension(ending);
-        }
-        match rc_files::read(&path) {
-            Ok(text) => Ok(ImportedFile { path, text }),
-            Err(error) => Err(ImportError {
-                searched: vec![path.display().to_string()],
-                refused: Some(error.to_string()),
-                ..ImportError::default()
-            }),
-        }
-    }
-}
 
 /// Reads a URDF, or a `.kdsl` with its robots.
 ///
@@ -44,7 +24,7 @@ pub(crate) fn read(path: &Path) -> Result<Cell, String> {
             text,
         )
     };
-    let (cell, found) = rc_kinematics::load(&mut sources, &Beside, source);
+    let (cell, found) = rc_kinematics::load(&mut sources, &Beside(rc_files::read), source);
     let text = render(&sources, &found, Format::Short);
     match cell {
         Some(cell) if cell.choices.grounding != Grounding::default() => Err(format!(

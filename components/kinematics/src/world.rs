@@ -1,8 +1,7 @@
 //! The frames of the robot in the world that the components of a network share.
 
-use crate::robot::Beside;
 use crate::specific_worker::Frame;
-use graph_language::{DOMAINS, Schema};
+use graph_language::Schema;
 use kinematics_generated::SendError;
 use kinematics_generated::interfaces::world::WorldPublisher;
 use kinematics_generated::interfaces::world_stream::WorldStreamPublisher;
@@ -10,7 +9,7 @@ use kinematics_generated::network_time::Time;
 use kinematics_generated::tracing::warn;
 use kinematics_generated::{Context, HandlerError};
 use property_graph::{Edit, Error, NodeId, Snapshot, Value};
-use rc_diagnostics::{Format, SourceMap, render};
+use rc_diagnostics::SourceMap;
 use rc_middleware::Reader;
 use rc_quantity::Axes;
 use rc_quantity::rotation::EulerOrder;
@@ -53,17 +52,8 @@ type Known = (Schema, Vec<(String, String)>);
 
 /// Reads a schema: a file, or a domain that comes with the tools.
 fn schema(path: &Path) -> Result<Known, String> {
-    let mut builtin = DOMAINS.iter();
-    let builtin = builtin.find(|(name, _)| Path::new(name) == path && !path.exists());
-    let text = match builtin {
-        Some((_, text)) => (*text).to_owned(),
-        None => rc_files::read(path).map_err(|error| format!("{}: {error}", path.display()))?,
-    };
     let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (schema, found) = graph_language::load(&mut sources, &Beside, source);
-    let schema = schema.filter(|_| !found.has_errors());
-    let schema = schema.ok_or_else(|| render(&sources, &found, Format::Short))?;
+    let schema = graph_language::open(&mut sources, path, rc_files::read)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let files = sources.ids().map(|source| {
         let own = sources.path(source);

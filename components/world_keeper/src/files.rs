@@ -4,35 +4,8 @@ use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
 use property_graph::{Graph, Snapshot};
 use rc_diagnostics::{Diagnostics, Format, SourceMap, render};
-use rc_syntax::{ImportError, ImportedFile, Loader};
 use std::path::Path;
 use std::sync::Arc;
-
-/// Finds imported files in the folder of the file that imports them.
-struct SameFolder;
-
-impl Loader for SameFolder {
-    fn find(
-        &self,
-        from: &Path,
-        wanted: &str,
-        extension: &str,
-    ) -> Result<ImportedFile, ImportError> {
-        let folder = from.parent().unwrap_or(Path::new(""));
-        let mut path = folder.join(wanted);
-        if path.extension().is_none() {
-            path.set_extension(extension);
-        }
-        match rc_files::read(&path) {
-            Ok(text) => Ok(ImportedFile { path, text }),
-            Err(error) => Err(ImportError {
-                searched: vec![folder.display().to_string()],
-                known: Vec::new(),
-                refused: path.exists().then(|| error.to_string()),
-            }),
-        }
-    }
-}
 
 fn cannot(path: &Path, error: &std::io::Error) -> String {
     format!("cannot read {}: {error}", path.display())
@@ -50,16 +23,7 @@ pub(crate) fn schema(path: &Path) -> Result<Schema, String> {
     if path.as_os_str().is_empty() {
         return Ok(Schema::anything());
     }
-    let builtin = path.to_str().filter(|_| !path.exists());
-    if let Some(schema) = builtin.and_then(graph_language::builtin) {
-        return Ok(schema);
-    }
-    let text = rc_files::read(path).map_err(|error| cannot(path, &error))?;
-    let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (schema, found) = graph_language::load(&mut sources, &SameFolder, source);
-    sound(&sources, &found)?;
-    schema.ok_or_else(|| render(&sources, &found, Format::Human))
+    graph_language::open(&mut SourceMap::new(), path, rc_files::read)
 }
 
 /// A graph with which a world starts: a `.graph` file, or one of DSR.

@@ -274,11 +274,10 @@ impl Agents<'_> {
         }
         std::thread::sleep(self.size.lasts.saturating_sub(start.elapsed()));
         std::fs::write(self.site.path("agents/stop"), "").expect("to write");
+        // The digests of which the agents write down the last one have all of it.
         Site::until_within(self.size.settles, "all agents are equal", || {
-            self.told().is_some_and(|told| told["is_equal"] == true)
+            self.told().is_some_and(|told| are_equal(&told))
         });
-        // The last values of streams, and the digest that has all of it.
-        std::thread::sleep(Duration::from_secs(4));
         let memory = self.memory();
         if let Some(stranger) = stranger {
             stranger.end();
@@ -312,6 +311,14 @@ impl Agents<'_> {
         });
         all.max().unwrap_or_default()
     }
+}
+
+/// Whether all replicas have announced the same, with the last values of streams.
+fn are_equal(told: &Value) -> bool {
+    let all = told["replicas"].as_array().into_iter().flatten();
+    let all = all.map(|own| [&own["digest"], &own["streams"]]);
+    let all: Vec<_> = all.collect();
+    all.windows(2).all(|pair| pair[0] == pair[1])
 }
 
 /// An agent in Rust that adds nothing.

@@ -2,7 +2,7 @@
 //!
 //! [`parse`] turns one `.gdsl` text into a syntax tree ([`ast`]). [`load`] loads a text with its
 //! imports, also of data prototypes, resolves all names and makes a [`Schema`] of it; [`import`] does so
-//! for one that a file of another language names. [`DOMAINS`] come with this crate.
+//! for one that a file of another language names, [`open`] for the schema of a world. [`DOMAINS`] come with this crate.
 //!
 #![doc = include_str!("example.md")]
 
@@ -21,6 +21,11 @@ pub use graph_schema::Schema;
 pub use members::TYPES;
 pub use parse::parse;
 pub use resolve::{import, load};
+
+use rc_diagnostics::{Format, SourceMap, render};
+use rc_syntax::{Beside, MemoryLoader};
+use std::io;
+use std::path::Path;
 
 /// Domains that every file may import: name of the file, and text.
 pub const DOMAINS: [(&str, &str); 5] = [
@@ -46,9 +51,30 @@ pub const DOMAINS: [(&str, &str); 5] = [
 /// Never: a test loads all of them.
 pub fn builtin(name: &str) -> Option<Schema> {
     let text = DOMAINS.iter().find(|(file, _)| *file == name)?.1;
-    let mut sources = rc_diagnostics::SourceMap::new();
+    let mut sources = SourceMap::new();
     let source = sources.add(name, text);
-    load(&mut sources, &rc_syntax::MemoryLoader::default(), source).0
+    load(&mut sources, &MemoryLoader::default(), source).0
+}
+
+/// The schema of a file, which `read` reads with its imports beside it, or if there is no such file a domain
+/// that comes with this crate. The texts are added to `sources`.
+///
+/// # Errors
+/// The findings, or why the file is not readable, as text.
+pub fn open(
+    sources: &mut SourceMap,
+    path: &Path,
+    read: fn(&Path) -> io::Result<String>,
+) -> Result<Schema, String> {
+    let domain = || DOMAINS.iter().find(|(name, _)| Path::new(name) == path);
+    let text = read(path).or_else(|error| match domain() {
+        Some((_, text)) if error.kind() == io::ErrorKind::NotFound => Ok((*text).to_owned()),
+        _ => Err(format!("cannot read {}: {error}", path.display())),
+    })?;
+    let source = sources.add(path, text);
+    let (schema, found) = load(sources, &Beside(read), source);
+    let schema = schema.filter(|_| !found.has_errors());
+    schema.ok_or_else(|| render(sources, &found, Format::Human))
 }
 
 /// The formatting options of `.gdsl` files.

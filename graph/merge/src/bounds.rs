@@ -183,23 +183,20 @@ impl Replica {
                 .records
                 .iter()
                 .all(|record| most_attributes(record.of()));
-        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
         // The usual case: as many could be new, and none is too many.
         if !are_few {
-            self.check_new_ones(delta, &mut writers)?;
+            self.check_new_ones(delta)?;
         }
-        writers.retain(|writer| !self.seen().contains_key(writer));
         let is_new = delta.sender != self.writer() && !self.others.contains_key(&delta.sender);
-        if !writers.is_empty() && self.seen().len() + writers.len() > MOST_WRITERS
-            || is_new && self.others.len() >= MOST_WRITERS
-        {
+        if is_new && self.others.len() >= MOST_WRITERS {
             return Err(Error::TooManyWriters(MOST_WRITERS));
         }
         Ok(())
     }
 
-    /// Counts what is new. Adds the writers of the records.
-    fn check_new_ones(&self, delta: &Delta, writers: &mut HashSet<u64>) -> Result<(), Error> {
+    /// Counts what is new.
+    fn check_new_ones(&self, delta: &Delta) -> Result<(), Error> {
+        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
         let mut new: HashSet<Id> = HashSet::new();
         let mut names: BTreeMap<Id, HashSet<&str>> = BTreeMap::new();
         for record in &delta.records {
@@ -222,6 +219,10 @@ impl Replica {
         }
         if !new.is_empty() && self.kept() + new.len() > self.most_elements {
             return Err(Error::TooManyElements(self.most_elements));
+        }
+        writers.retain(|writer| !self.seen().contains_key(writer));
+        if !writers.is_empty() && self.seen().len() + writers.len() > MOST_WRITERS {
+            return Err(Error::TooManyWriters(MOST_WRITERS));
         }
         Ok(())
     }

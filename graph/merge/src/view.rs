@@ -128,7 +128,8 @@ impl Replica {
 
     /// How many elements were made and are not removed.
     pub fn element_count(&self) -> usize {
-        self.elements.keys().filter(|id| self.has(**id)).count()
+        let is_there = |element: &&Element| element.made.is_some() && element.removed.is_none();
+        self.elements.values().filter(is_there).count()
     }
 
     /// The view for a schema.

@@ -48,7 +48,7 @@ impl Edit {
         let kind = self.next.kind(element)?;
         let mut set = last_of_each_value(&types, kind, set);
         for (attribute, value) in &set {
-            self.note(element, *attribute, Some(value))?;
+            self.note((element, kind), &types, *attribute, Some(value))?;
         }
         let new = set.drain(..);
         let new = new.map(|(attribute, value)| (attribute, stored(&types, kind, attribute, value)));
@@ -103,9 +103,9 @@ impl Edit {
         attribute: Symbol,
         value: Option<Value>,
     ) -> Result<(), Error> {
-        self.note(element, attribute, value.as_ref())?;
         let types = Arc::clone(&self.next.types);
         let kind = self.next.kind(element)?;
+        self.note((element, kind), &types, attribute, value.as_ref())?;
         let value = value.map(|value| stored(&types, kind, attribute, value));
         let all = self.attributes(element)?;
         // The value is there once, as the attribute that was set last.
@@ -133,15 +133,14 @@ impl Edit {
         found.ok_or(Error::Removed)
     }
 
-    /// Notes what else an attribute changes: names, keys, trees and histories.
+    /// Notes what else an attribute of an element of a type changes: names, keys, trees and histories.
     fn note(
         &mut self,
-        element: Element,
+        (element, kind): (Element, Symbol),
+        types: &Types,
         attribute: Symbol,
         value: Option<&Value>,
     ) -> Result<(), Error> {
-        let types = Arc::clone(&self.next.types);
-        let kind = self.next.kind(element)?;
         match element {
             Element::Node(node) => {
                 if attribute == types.name {

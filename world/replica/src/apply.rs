@@ -200,7 +200,11 @@ impl Core {
         for name in &gone {
             edit.unset(element, name)?;
         }
-        if !wanted.is_empty() {
+        if let [(name, value)] = wanted[..] {
+            // The usual case: a change sets one attribute.
+            let name = names.of(edit, name);
+            edit.set(element, name, value.clone())?;
+        } else if !wanted.is_empty() {
             for (name, value) in &wanted {
                 let name = names.of(edit, name);
                 names.set.push((name, (*value).clone()));

@@ -27,6 +27,11 @@ impl<'c> Check<'c> {
     /// Refuses a delta that breaks the schema by itself. Two that are sound by themselves may break
     /// it together, which is not a fault of anybody.
     pub(crate) fn delta(&self, delta: &Delta) -> Result<(), String> {
+        let is_set = |record: &Record| matches!(record, Record::Attribute { value: Some(_), .. });
+        if delta.records.iter().all(is_set) {
+            // The usual case: nothing is made that lacks something, and nothing loses something.
+            return self.values(delta, |_| None);
+        }
         let mut kinds: HashMap<Id, &str> = HashMap::new();
         let (mut set, mut unset) = (BTreeSet::new(), BTreeSet::new());
         let mut removed: BTreeSet<Id> = BTreeSet::new();
@@ -52,16 +57,7 @@ impl<'c> Check<'c> {
             }
         }
         self.room(delta)?;
-        for record in &delta.records {
-            if let Record::Attribute {
-                of, name, value, ..
-            } = record
-            {
-                let kind = kinds.get(of).copied();
-                let kind = kind.or_else(|| self.replica.kind_of(*of));
-                self.value(kind, name, value.as_ref())?;
-            }
-        }
+        self.values(delta, |of| kinds.get(&of).copied())?;
         let is_there = |id: Id, name: &str| {
             let is_here = || !unset.contains(&(id, name)) && self.replica.get(id, name).is_some();
             set.contains(&(id, name)) || is_here()
@@ -77,6 +73,24 @@ impl<'c> Check<'c> {
             }
             if let Some(name) = missing(self.schema, kind, |name| is_there(id, name)) {
                 return Err(format!("a `{kind}` has no `{name}`"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses values of a delta. `made` has the types of the elements that are made in it.
+    fn values<'d>(
+        &'d self,
+        delta: &Delta,
+        made: impl Fn(Id) -> Option<&'d str>,
+    ) -> Result<(), String> {
+        for record in &delta.records {
+            if let Record::Attribute {
+                of, name, value, ..
+            } = record
+            {
+                let kind = made(*of).or_else(|| self.replica.kind_of(*of));
+                self.value(kind, name, value.as_ref())?;
             }
         }
         Ok(())

@@ -48,8 +48,11 @@ pub(crate) fn note(all: &mut VecDeque<Overruled>, replica: &Replica, delta: &Del
             && replica.stamp_of(*of, name).is_some_and(|shown| {
                 shown.writer == own && (stamp.count, stamp.writer) < (shown.count, shown.writer)
             });
+        if !is_lost {
+            continue;
+        }
         let shown = replica.get(*of, name);
-        if !is_lost || shown == value.as_ref() {
+        if shown == value.as_ref() {
             continue;
         }
         if all.len() == MOST_KEPT {

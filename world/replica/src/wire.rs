@@ -272,14 +272,15 @@ pub(crate) fn encode(message: &Content, writer: &mut Writer<'_>) {
             at,
             count,
             bytes,
-        } => writer.put(&Chunk {
-            sender: *sender,
-            to: *to,
-            number: *number,
-            at: *at,
-            count: *count,
-            bytes: bytes.clone(),
-        }),
+        } => {
+            // As `Chunk`, without a copy.
+            for number in [sender, to, number] {
+                writer.put(number);
+            }
+            writer.put(at);
+            writer.put(count);
+            writer.put(bytes);
+        }
     }
 }
 

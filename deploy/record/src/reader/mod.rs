@@ -97,6 +97,8 @@ pub enum Record {
 pub struct Times {
     /// The first time of recording; `None` without a summary.
     pub first: Option<u64>,
+    /// The last one; `None` if a file has no summary.
+    pub last: Option<u64>,
     /// Whether each chunk is later than those before it.
     pub is_ordered: bool,
 }
@@ -183,8 +185,8 @@ impl Reader {
     /// Reads the summaries of all files.
     fn read_summaries(&mut self) -> Result<(), RecordError> {
         let mut times = Times {
-            first: None,
             is_ordered: true,
+            ..Times::default()
         };
         let mut last = 0;
         let mut listed = Some(Vec::new());
@@ -199,6 +201,7 @@ impl Reader {
                 times.first = Some(times.first.map_or(first, |before: u64| before.min(first)));
                 times.is_ordered &= summary.is_ordered && first >= last;
                 last = end;
+                times.last = times.last.max(Some(end));
                 let channels = summary.channels.iter();
                 let channels = channels.map(|id| self.definitions.channel(*id).cloned());
                 let channels: Option<Vec<_>> = channels.collect();

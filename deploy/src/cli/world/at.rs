@@ -1,14 +1,14 @@
 //! `rcdeploy world at`: the world of a recording, as it was at a time.
 
 use super::replica::topic_of;
-use crate::cli::output::{Failure, print_findings, system};
+use crate::cli::output::{Failure, print_findings, print_note, system};
 use graph_language::Schema;
 use rc_codegen::FileLoader;
 use rc_diagnostics::SourceMap;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::Reader;
 use rc_record::bag::{self, Selection};
-use rc_record::{Channel, RecordError, definition, keys};
+use rc_record::{Channel, RecordError, definition, keys, reader};
 use rc_world::property_graph::{Snapshot, Time};
 use rc_world::{Message, Overheard, Setup, Topic, World};
 use std::path::Path;
@@ -71,7 +71,7 @@ pub(super) fn world(
         Ok(true)
     })?;
     if !faults.is_none() {
-        crate::cli::output::print_note(&format_args!("the recording is incomplete: {faults}"));
+        print_note(&format_args!("the recording is incomplete: {faults}"));
     }
     if count == 0 {
         let message = format!(
@@ -97,5 +97,18 @@ pub(super) fn world(
         );
         return Err(Failure(1, message));
     }
+    if let Some(length) = length(file)?.filter(|length| *length < after) {
+        let length = length.as_secs_f64();
+        print_note(&format_args!(
+            "the recording ends after {length:.3} s: this is the world at its end"
+        ));
+    }
     Ok(world.snapshot())
+}
+
+/// The length of a recording, if its summaries say so.
+fn length(file: &Path) -> Result<Option<Duration>, Failure> {
+    let times = reader::Reader::open(file)?.times();
+    let length = times.first.zip(times.last);
+    Ok(length.map(|(first, last)| Duration::from_nanos(last.saturating_sub(first))))
 }

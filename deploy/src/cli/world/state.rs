@@ -37,8 +37,8 @@ struct Replica {
     other_schema: bool,
     #[serde(skip)]
     schema: u64,
-    #[serde(skip)]
-    streams: u64,
+    /// Equal for replicas that have the same newest values of streams.
+    streams: String,
     #[serde(skip)]
     seen: BTreeMap<u64, u64>,
 }
@@ -189,7 +189,7 @@ impl Record {
             .keys()
             .any(|(.., attribute)| !attribute.is_empty());
         let state = |replica: &Replica| {
-            let streams = (!is_streaming).then_some(replica.streams);
+            let streams = (!is_streaming).then(|| replica.streams.clone());
             (replica.digest.clone(), streams)
         };
         let first = self.replicas.values().next().map(state);
@@ -269,7 +269,7 @@ fn replica(digest: &Value) -> Option<(u64, Replica)> {
         conflicts: number("conflicts")?,
         other_schema: false,
         schema: number("schema")?,
-        streams: number("streams")?,
+        streams: format!("{:016x}", number("streams")?),
         seen,
     };
     Some((writer, replica))

@@ -217,14 +217,21 @@ fn commands_read_change_ask_and_compare_a_world() {
         assert_eq!(recorded.code, 0, "{recorded:?}");
         record
     };
-    let at = |record: &str, words: &[&str]| {
-        let args = ["world", "at", "4s", record, "--schema", &schema];
+    let at_time = |time: &str, record: &str, words: &[&str]| {
+        let args = ["world", "at", time, record, "--schema", &schema];
         site.rcdeploy(&[&args, words].concat(), false)
     };
+    let at = |record: &str, words: &[&str]| at_time("4s", record, words);
     let record = recorded("whole.mcap", "4s", &[]);
     let found = at(&record, &["kitchen.length", "front.width"]);
     let wanted = "kitchen.length = 6.0\nfront.width = 0.96\n";
     assert_eq!(found.stdout, wanted, "{found:?}");
+    for (time, ends) in [("3s", false), ("400s", true)] {
+        let found = at_time(time, &record, &["kitchen.length"]);
+        assert_eq!(found.stdout, "kitchen.length = 6.0\n", "{found:?}");
+        let says = found.stderr.contains(" s: this is the world at its end");
+        assert_eq!(says, ends, "{found:?}");
+    }
     let wrong = at(&record, &["front.widt"]);
     let text = "`door` has no attribute `widt`; did you mean `width`?";
     assert!(wrong.code == 2 && wrong.stderr.contains(text), "{wrong:?}");

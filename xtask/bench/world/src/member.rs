@@ -13,6 +13,7 @@ use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime};
 use world_agent_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_agent_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
+use world_agent_generated::types::{self as interface, Change, Key, Step};
 use world_agent_generated::{HandlerError, SendError, Worker, WorkerError};
 
 /// Until then, replicas join and nothing is measured.
@@ -35,7 +36,7 @@ pub(crate) struct Role {
     pub(crate) receives: bool,
     /// The values are those of a stream.
     pub(crate) stream: bool,
-    /// How many nodes the world has; of a topic, one sample has as many bytes as they.
+    /// How many nodes the world has; of a topic, one sample has all of them.
     pub(crate) nodes: usize,
     /// It begins after the others.
     pub(crate) late: bool,
@@ -47,9 +48,9 @@ impl Role {
     pub(crate) fn as_topic(&self) -> Self {
         let mut topic = self.clone();
         topic.mode = Mode::Topic;
-        // Samples are sent repeatedly without a request.
+        // The sample is sent without a request.
         if self.nodes > 1 && !self.receives {
-            topic.rate = 10;
+            topic.rate = 1;
         }
         topic
     }
@@ -89,6 +90,8 @@ impl Role {
 pub(crate) struct Done {
     pub(crate) count: u64,
     pub(crate) median_us: f64,
+    /// The first of them, before which nothing was measured.
+    pub(crate) first_us: f64,
     /// Milliseconds of processor time a second.
     pub(crate) processor: f64,
     pub(crate) memory_kb: f64,
@@ -101,6 +104,7 @@ impl Done {
         Some(Self {
             count: read["count"].as_u64()?,
             median_us: number("median_us").unwrap_or(f64::NAN),
+            first_us: number("first_us").unwrap_or(f64::NAN),
             processor: number("processor")?,
             memory_kb: number("memory_kb")?,
         })
@@ -154,6 +158,8 @@ struct Member {
     asked: Option<i64>,
     /// The bytes of a sample, and where its time is.
     sample: (Vec<u8>, usize),
+    /// The world of many nodes as one sample.
+    whole: Change,
 }
 
 /// The world before anything is measured.
@@ -194,12 +200,51 @@ fn bytes(message: &Message) -> Vec<u8> {
     writer.into_bytes()
 }
 
-/// The message that a replica sends for a change, or all that a late one gets.
-fn sample(role: &Role, name: &str) -> (Vec<u8>, usize) {
-    if role.nodes > 1 {
-        // The answer to a late joiner has 304 bytes for each node with its steps.
-        return (vec![0; role.nodes * 304], 0);
+/// The nodes of [`fill`] as the steps that a late joiner gets.
+fn whole(nodes: usize, name: &str) -> Change {
+    let mut steps = Vec::with_capacity(3 * nodes);
+    for number in 0..nodes as u64 {
+        let of = Key {
+            writer: u64::MAX,
+            count: number + 1,
+        };
+        let step = |what: u8, sequence: u64, name: &str, value: interface::Value| Step {
+            what,
+            count: sequence,
+            writer: of.writer,
+            sequence,
+            name: name.to_owned(),
+            of: if what == 0 {
+                Key::default()
+            } else {
+                of.clone()
+            },
+            value,
+            ..Step::default()
+        };
+        let attribute = nodes as u64 + 2 * number + 1;
+        let called = interface::Value {
+            kind: 4,
+            texts: vec![format!("{name}-{number}")],
+            ..interface::Value::default()
+        };
+        let at = interface::Value {
+            kind: 2,
+            ints: vec![0],
+            ..interface::Value::default()
+        };
+        steps.push(step(0, of.count, "stone", interface::Value::default()));
+        steps.push(step(2, attribute + 1, "at", at));
+        steps.push(step(2, attribute, "name", called));
     }
+    Change {
+        steps,
+        ..Change::default()
+    }
+}
+
+/// The message that a replica sends for a change.
+fn sample(role: &Role, name: &str) -> (Vec<u8>, usize) {
     let setup = Setup::new(name, Schema::anything().into());
     let world = World::new(setup.with_rights(rights(role)));
     let filled = fill(
@@ -239,6 +284,7 @@ impl Worker<Linked> for Member {
             fill(&world, &role, &name)?;
         }
         let sample = sample(&role, &name);
+        let whole = whole(role.nodes, &name);
         Ok(Self {
             role,
             world,
@@ -248,6 +294,7 @@ impl Worker<Linked> for Member {
             last: 0,
             asked: None,
             sample,
+            whole,
         })
     }
 
@@ -272,6 +319,11 @@ impl Worker<Linked> for Member {
 
 impl Member {
     fn publish(&mut self, ctx: &mut Linked) -> Result<(), WorkerError> {
+        if self.role.nodes > 1 {
+            self.whole.time = nanos();
+            let sent = ctx.0.told.change(&self.whole);
+            return sent.map_err(|error| WorkerError::Failed(error.to_string()));
+        }
         let (bytes, at) = &mut self.sample;
         bytes[*at..*at + 8].copy_from_slice(&nanos().to_le_bytes());
         let topic = if self.role.stream {
@@ -336,17 +388,22 @@ impl Member {
         topic: (bool, usize),
         reader: &mut Reader<'_>,
     ) -> Result<(), HandlerError> {
+        if self.role.mode == Mode::Topic && self.role.nodes > 1 {
+            let whole: Change = reader.get()?;
+            if self.role.receives {
+                note(nanos() - std::hint::black_box(whole).time);
+            }
+            return Ok(());
+        }
         if self.role.mode == Mode::Topic {
             let (bytes, at) = (reader.rest(), self.sample.1);
             let time = bytes.get(at..at + 8).and_then(|time| time.try_into().ok());
-            if self.role.nodes <= 1 {
-                let of = if topic.0 {
-                    Topic::Samples
-                } else {
-                    Topic::Change
-                };
-                Message::decode(of, reader)?;
-            }
+            let of = if topic.0 {
+                Topic::Samples
+            } else {
+                Topic::Change
+            };
+            Message::decode(of, reader)?;
             if let Some(time) = time.filter(|_| self.role.receives) {
                 note(nanos() - i64::from_le_bytes(time));
             }
@@ -431,6 +488,7 @@ pub(crate) fn run(role: &str) -> Result<(), String> {
     let measured = measuring.join();
     let (taken, memory) = measured.map_err(|_| "nothing was measured".to_owned())?;
     let mut delays = DELAYS.lock().map_err(|error| error.to_string())?;
+    let first = delays.first().map(|delay| *delay as f64 / 1e3);
     delays.sort_unstable();
     let median = delays
         .get(delays.len() / 2)
@@ -438,6 +496,7 @@ pub(crate) fn run(role: &str) -> Result<(), String> {
     let line = serde_json::json!({
         "count": delays.len(),
         "median_us": median,
+        "first_us": first,
         "processor": taken,
         "memory_kb": memory,
     });
