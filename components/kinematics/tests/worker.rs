@@ -193,3 +193,29 @@ fn frames_wait_for_the_start_of_a_world_that_has_a_file() {
         assert!(has_frames(2), "{start}");
     }
 }
+
+/// The poses of a moving link are sent when they change, not with the next announcement of the replica.
+#[test]
+fn a_link_that_moves_is_in_the_world_at_once() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut test = TestContext::configured().expect("a configuration");
+    test.params.robot = here.join("../../kinematics/examples/six.urdf");
+    test.params.schema = here.join("../interfaces/home.gdsl");
+    let mut worker = SpecificWorker::initialize(&mut test).expect("a robot");
+    let ran = test.run(&mut worker, Duration::from_secs(6));
+    ran.expect("it goes on");
+    let joint = worker.get_joints(&mut test).swap_remove(0).name;
+    test.world_stream.take_samples();
+    for step in 1..=5 {
+        let state = JointState {
+            name: vec![joint.clone()],
+            position: vec![0.1 * f64::from(step)],
+            ..JointState::default()
+        };
+        worker.joint_states(&mut test, state);
+        let ran = test.run(&mut worker, Duration::from_millis(200));
+        ran.expect("it goes on");
+        let samples = test.world_stream.take_samples();
+        assert!(!samples.is_empty(), "step {step}");
+    }
+}

@@ -26,8 +26,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How many messages of a replica are published in a turn at most. The others follow in the next
-/// one.
+/// How many messages of a replica are published at once at most. The others follow in the next
+/// turn.
 const MOST_A_TURN: usize = 64;
 
 /// The longest time for which a worker waits for a change.
@@ -143,10 +143,14 @@ impl Driver {
         let now = now.as_nanos();
         self.time.store(now, Ordering::Relaxed);
         self.steady.follow(Duration::from_nanos(now));
+        // What was changed goes first, also by those who have the replica without this driver. Values of streams
+        // are due then.
+        let has_changed = self.world.snapshot().version() != self.shown;
+        let sent = has_changed && self.send(send);
         for message in self.waiting.drain(..) {
             self.world.receive(self.steady.time(), message);
         }
-        let is_due = self.steady.time() >= self.due;
+        let is_due = has_changed || self.steady.time() >= self.due;
         if is_due {
             self.due = self.world.turn(self.steady.time());
         }
@@ -154,7 +158,7 @@ impl Driver {
             self.told.set(status_of(seen));
         }
         self.report();
-        let told = self.send(send);
+        let told = self.send(send) || sent;
         let version = self.world.snapshot().version();
         let is_new = std::mem::replace(&mut self.shown, version) != version;
         told || is_new || is_due
