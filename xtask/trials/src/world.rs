@@ -6,7 +6,7 @@ use crate::programs::{Failure, cargo, output};
 use std::time::Duration;
 
 /// The limit for a build and a run.
-const LIMIT: Duration = Duration::from_mins(15);
+const LIMIT: Duration = Duration::from_mins(30);
 
 pub(crate) fn bench(smoke: bool) -> Result<(), Failure> {
     let profile = if smoke { "dev" } else { "release" };
