@@ -2,6 +2,7 @@
 
 mod book;
 mod code;
+mod features;
 mod layers;
 mod links;
 mod markdown;
