@@ -8,7 +8,7 @@ use crate::context;
 use crate::parameters;
 use crate::status::{Answer, INTERNAL};
 use rc_configuration::Parameters;
-use rc_host::{Operation, Program, Session, read, session, undecodable, write};
+use rc_host::{Operation, Program, Session, bodies, read, session, undecodable, write};
 use rc_middleware::typed::Request;
 use rc_middleware::{Reader, Writer};
 use rc_runtime::adapter::{self, Joined as _};
@@ -484,14 +484,14 @@ fn answer(slot: usize, number: usize, member: &str) -> Result<(), Answer> {
     let member = member.to_owned();
     server.on(&wire, move |request| {
         let operation = &program.slots[slot].operations[number];
-        let arguments = request.arguments(&wire, |reader| {
-            read(&operation.request, reader).map_err(undecodable)
+        let mut room = Vec::new();
+        let body = request.arguments(&wire, |reader| {
+            bodies::read(&operation.request, reader, &mut room)
         })?;
-        let body = encode_body(&arguments).map_err(undecodable)?;
         let answer = answers(&Call {
             numbers: (slot, number),
             name: &member,
-            body: &body,
+            body,
             ..Call::of(Function::Answer)
         });
         if let Some(Err(error)) = answer.outcome() {
@@ -502,7 +502,10 @@ fn answer(slot: usize, number: usize, member: &str) -> Result<(), Answer> {
             return Ok(());
         }
         match component::reply(operation, &answer) {
-            Ok((case, value)) => request.reply_with(case, |writer| write(&value, writer)),
+            Ok((case, ty)) => request.reply_with(case, |writer| {
+                let what = format!("the answer of the test to {}", operation.name);
+                bodies::write(ty, &answer.bytes, &what, writer);
+            }),
             Err(reason) => {
                 let name = &operation.name;
                 request.fail(&format!("the answer of the test to {name}(): {reason}"))

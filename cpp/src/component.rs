@@ -8,12 +8,11 @@ use crate::status::{Answer, DONE, EXCEPTION};
 use rc_configuration::Parameters;
 use rc_host::link;
 use rc_host::{
-    Image, KeptCounts, Operation, Program, Sample, Session, drop_abandoned, read, session,
-    undecodable, write,
+    Image, KeptCounts, Operation, Program, Session, bodies, drop_abandoned, session, undecodable,
 };
 use rc_middleware::started::Awaiting;
 use rc_middleware::typed::{HandlerError, Request, TypedClient};
-use rc_middleware::{CallError, Encoding, Writer};
+use rc_middleware::{CallError, Writer};
 use rc_runtime::adapter::{Adapter, Joined, Living};
 use rc_runtime::lifecycle::Hook;
 use rc_runtime::machine::{Hooks, Machine, MachineEvents, Parts};
@@ -21,7 +20,7 @@ use rc_runtime::{
     Body, CallEnd, Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values,
     WorkerError,
 };
-use rc_values::{Struct, Value, decode, encode_body};
+use rc_values::{Struct, encode_body};
 use std::os::fd::{AsRawFd, BorrowedFd};
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,6 +33,8 @@ pub(crate) struct Component {
     session: Option<Session>,
     kept: KeptCounts,
     guest: Guest,
+    /// The memory for the next request or sample that has to be copied.
+    room: Vec<u8>,
 }
 
 /// Makes a session that of the thread while a function of the worker runs. A panic gives it back,
@@ -88,6 +89,7 @@ impl Component {
             kept: KeptCounts::default(),
             program,
             guest,
+            room: Vec::new(),
         };
         let made = component.run(&Call {
             body: parameters,
@@ -140,11 +142,10 @@ impl Component {
         numbers: (usize, usize),
         member: Option<&Member>,
         operation: &Operation,
-        request: &Value,
+        body: &[u8],
     ) -> Result<Answer, HandlerError> {
-        let body = encode_body(request).map_err(undecodable)?;
         let call = Call {
-            body: &body,
+            body,
             ..Call::of_slot(Function::Handle, numbers, member)
         };
         self.handled(&operation.handler, &call)
@@ -205,23 +206,32 @@ fn schema(program: &Program) -> Option<Parameters> {
     Parameters::from_json(json).ok()
 }
 
+/// The memory for the next body, unless it is large.
+fn reusable(room: Vec<u8>) -> Vec<u8> {
+    const MOST: usize = 64 * 1024;
+    if room.capacity() > MOST {
+        Vec::new()
+    } else {
+        room
+    }
+}
+
 fn failed(operation: &Operation, reason: &str) -> HandlerError {
     HandlerError(format!("{}(): {reason}", operation.handler))
 }
 
-/// The reply in the answer of a handler: its case, and a structure that fits its type.
-pub(crate) fn reply(operation: &Operation, answer: &Answer) -> Result<(i32, Value), String> {
-    let read = |ty: &Arc<Struct>| {
-        let value = decode(ty, Encoding::Cdr, &answer.bytes);
-        value.map_err(|error| error.to_string())
-    };
+/// The reply in the answer of a handler: its case, and its type.
+pub(crate) fn reply<'o>(
+    operation: &'o Operation,
+    answer: &Answer,
+) -> Result<(i32, &'o Struct), &'static str> {
     if answer.status != EXCEPTION {
-        return read(&operation.reply).map(|value| (0, value));
+        return Ok((0, &operation.reply));
     }
     let mut throws = operation.throws.iter();
     let thrown = throws.find(|thrown| i64::from(thrown.id) == answer.number);
     let thrown = thrown.ok_or("it threw an exception that its operation does not declare")?;
-    read(&thrown.ty).map(|value| (thrown.id, value))
+    Ok((thrown.id, &thrown.ty))
 }
 
 impl Drop for Component {
@@ -347,10 +357,13 @@ impl Joined for Component {
         let Some((number, operation)) = found else {
             return request.unknown();
         };
-        let arguments = request.arguments(&operation.wire, |reader| {
-            read(&operation.request, reader).map_err(undecodable)
+        let mut room = std::mem::take(&mut self.room);
+        let body = request.arguments(&operation.wire, |reader| {
+            bodies::read(&operation.request, reader, &mut room)
         })?;
-        let answer = match self.handle((slot, number), member, operation, &arguments) {
+        let handled = self.handle((slot, number), member, operation, body);
+        self.room = reusable(room);
+        let answer = match handled {
             Ok(answer) => answer,
             Err(error) => return request.fail(&error.0),
         };
@@ -358,8 +371,10 @@ impl Joined for Component {
             return Ok(());
         }
         match reply(operation, &answer) {
-            Ok((case, value)) => request.reply_with(case, |writer| write(&value, writer)),
-            Err(reason) => request.fail(&failed(operation, &reason).0),
+            Ok((case, ty)) => request.reply_with(case, |writer| {
+                bodies::write(ty, &answer.bytes, &operation.handler, writer);
+            }),
+            Err(reason) => request.fail(&failed(operation, reason).0),
         }
     }
 
@@ -374,18 +389,22 @@ impl Joined for Component {
         let described = program.operation(slot, operation);
         let described =
             described.ok_or_else(|| HandlerError("the slot has no such topic".to_owned()))?;
-        let sample = match sample.body {
+        let numbers = (slot, operation);
+        if !described.in_place {
+            let mut room = std::mem::take(&mut self.room);
+            let body = bodies::read(&described.request, &mut sample.reader(), &mut room)?;
+            let handled = self.handle(numbers, member, described, body);
+            self.room = reusable(room);
+            return handled.map(drop);
+        }
+        let image = match sample.body {
             Body::Kept(kept) => {
                 let count = self.kept.of(member.map_or(slot, Member::slot), operation);
-                Sample::keep(described, count, sample.encoding, kept)?
+                Image::keep(described, count, sample.encoding, kept)?
             }
-            Body::Borrowed(_) | Body::Value(_) => Sample::read(described, &mut sample.reader())?,
+            Body::Borrowed(_) | Body::Value(_) => Image::read(described, &mut sample.reader())?,
         };
-        let numbers = (slot, operation);
-        match sample {
-            Sample::Value(value) => self.handle(numbers, member, described, &value).map(drop),
-            Sample::Image(image) => self.view(numbers, member, described, image),
-        }
+        self.view(numbers, member, described, image)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
@@ -406,9 +425,8 @@ impl Joined for Component {
             let (how, id) = (CallEnd::of(&ended), ended.id);
             let mut known = operations.iter().enumerate();
             let found = known.find(|(_, operation)| operation.wire.id == ended.operation);
-            let ended = found.map(|(number, operation)| {
-                (number, of_ended(operation, link::ended(operation, ended)))
-            });
+            let ended = found
+                .map(|(number, operation)| (number, of_ended(bodies::ended(operation, ended))));
             (how, id, ended)
         })?;
         // A call that was dropped does not end.

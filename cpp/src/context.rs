@@ -6,11 +6,11 @@ use crate::handles::{self, Held, Loan, LoanMemory};
 use crate::status::{
     Answer, DONE, EXCEPTION, INTERNAL, INVALID_ARGUMENT, INVALID_SAMPLE, NOT_ENDED, NOT_SENT,
 };
-use rc_host::link::{self, Reading};
-use rc_host::{Aligned, HostError, Lent, Number, Operation, Program, session};
+use rc_host::bodies::{self, Reply};
+use rc_host::{Aligned, HostError, Lent, Number, Program, link, session};
 use rc_middleware::{CallError, EncodeError, Encoding, Freshness, Made, Writer};
 use rc_runtime::{Order, Time, TimeSource};
-use rc_values::{Struct, ValueError, check_image, decode, decode_image, encode_body};
+use rc_values::{ValueError, check_image, decode, decode_image, encode_body};
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,45 +31,21 @@ fn program() -> Result<Arc<Program>, HostError> {
         .ok_or(HostError::WrongThread)
 }
 
-/// A value that the headers have written, checked against its type.
-fn value(ty: &Arc<Struct>, operation: &str, body: &[u8]) -> Result<rc_values::Value, Answer> {
-    decode(ty, Encoding::Cdr, body)
-        .map_err(|error| Answer::new(INVALID_ARGUMENT, 0, format!("{operation}(): {error}")))
-}
-
 /// Calls a query, or sends a command.
 pub(crate) fn call(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
     let program = program()?;
     let operation = link::operation(&program, slot, operation)?;
-    let request = value(&operation.request, &operation.name, body)?;
     if !operation.wire.two_way {
-        link::command(slot, operation, &request)??;
+        bodies::command(slot, operation, body)??;
         return Ok(Answer::number(0));
     }
-    answered(
-        operation,
-        link::query(slot, operation, &request, Reading::Value)??,
-    )
+    Ok(answered(bodies::query(slot, operation, body)??))
 }
 
 /// The answer to a query, for the headers.
-fn answered(operation: &Operation, answer: link::Answer) -> Result<Answer, Answer> {
-    let bytes = |value| encode_body(&value).map_err(internal);
-    match answer {
-        link::Answer::Exception(thrown) => {
-            let name = match &thrown {
-                rc_values::Value::Struct(ty, _) => ty.name.as_str(),
-                _ => "",
-            };
-            let mut throws = operation.throws.iter();
-            let case = throws
-                .find(|known| known.ty.name == name)
-                .map_or(0, |known| known.id);
-            Ok(Answer::new(EXCEPTION, case.into(), bytes(thrown)?))
-        }
-        link::Answer::Result(value) => Ok(Answer::new(DONE, 0, bytes(value)?)),
-        link::Answer::Image(_) => Err(internal("a reply was read in place")),
-    }
+fn answered(reply: Reply) -> Answer {
+    let status = if reply.case == 0 { DONE } else { EXCEPTION };
+    Answer::new(status, reply.case.into(), reply.body)
 }
 
 fn internal(error: impl std::fmt::Display) -> Answer {
@@ -80,8 +56,7 @@ fn internal(error: impl std::fmt::Display) -> Answer {
 pub(crate) fn start(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
     let program = program()?;
     let operation = link::operation(&program, slot, operation)?;
-    let request = value(&operation.request, &operation.name, body)?;
-    let call = link::start(slot, operation, &request)??;
+    let call = bodies::start(slot, operation, body)??;
     Ok(held(handles::hold(Held::Call(call))))
 }
 
@@ -99,9 +74,9 @@ pub(crate) fn take(slot: usize, call: u64) -> Result<Answer, Answer> {
 }
 
 /// The answer to a started call, with its exception or error.
-pub(crate) fn of_ended(operation: &Operation, ended: Result<link::Answer, CallError>) -> Answer {
+pub(crate) fn of_ended(ended: Result<Reply, CallError>) -> Answer {
     match ended {
-        Ok(answer) => answered(operation, answer).unwrap_or_else(|error| error),
+        Ok(reply) => answered(reply),
         Err(error) => error.into(),
     }
 }
@@ -184,12 +159,7 @@ pub(crate) fn send(loan: u64) -> Result<Answer, Answer> {
 pub(crate) fn publish(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
     let program = program()?;
     let described = link::operation(&program, slot, operation)?;
-    let sample = value(&described.request, &described.name, body);
-    let sample = sample.map_err(|error| Answer {
-        status: INVALID_SAMPLE,
-        ..error
-    })?;
-    link::publish(slot, operation, &sample)??;
+    bodies::publish(slot, operation, described, body)??;
     Ok(Answer::number(0))
 }
 
@@ -218,10 +188,8 @@ pub(crate) fn newest(slot: usize, operation: usize) -> Result<Answer, Answer> {
 pub(crate) fn set_latest(slot: usize, operation: usize, body: &[u8]) -> Result<Answer, Answer> {
     let program = program()?;
     let described = link::operation(&program, slot, operation)?;
-    let reply = value(&described.reply, &described.name, body);
-    let reply = reply.map_err(|error| Answer {
-        status: INVALID_SAMPLE,
-        ..error
+    let reply = decode(&described.reply, Encoding::Cdr, body).map_err(|error| {
+        Answer::new(INVALID_SAMPLE, 0, format!("{}(): {error}", described.name))
     })?;
     link::set_latest(slot, operation, reply)??;
     Ok(Answer::number(0))
@@ -231,8 +199,19 @@ fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-fn duration(nanoseconds: i64) -> Duration {
-    Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(0))
+/// A duration of the headers.
+///
+/// # Errors
+/// It is negative.
+fn duration(nanoseconds: i64) -> Result<Duration, Answer> {
+    let nanoseconds = u64::try_from(nanoseconds);
+    nanoseconds.map(Duration::from_nanos).map_err(|_| {
+        Answer::new(
+            INVALID_ARGUMENT,
+            0,
+            "a duration is 0 or longer; this one is negative",
+        )
+    })
 }
 
 /// Reads something of the component.
@@ -288,14 +267,23 @@ fn names(all: &[String]) -> Answer {
 /// Changes something of the component.
 pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<Answer, Answer> {
     match what {
-        Set::Period => session::with_core(|core| core.set_period(duration(value)))?,
-        Set::Timeout => session::with(|session| {
-            session.client(number)?.set_timeout(duration(value));
-            Ok(())
-        })?,
+        Set::Period => {
+            let period = duration(value)?;
+            session::with_core(|core| core.set_period(period))?;
+        }
+        Set::Timeout => {
+            let timeout = duration(value)?;
+            session::with(|session| {
+                session.client(number)?.set_timeout(timeout);
+                Ok(())
+            })?;
+        }
         Set::Parameter => {
             let (path, written) = text.split_once('\n').unwrap_or((text, ""));
-            let value = parameter(number, value, written)?;
+            let value = parameter(number, value, written).map_err(|error| Answer {
+                bytes: format!("`{path}`: {}", error.reason()).into_bytes(),
+                ..error
+            })?;
             session::with_core(|core| core.set_parameter(path, value))?;
         }
         Set::Stop => session::with_core(|core| core.stop(text))?,
@@ -314,16 +302,21 @@ pub(crate) fn set(what: Set, number: usize, value: i64, text: &str) -> Result<An
             ));
         }
         Set::TimeAdvance => {
-            let tick = session::with_time(|time| time.advance(duration(value)))??;
+            let by = duration(value)?;
+            let tick = session::with_time(|time| time.advance(by))??;
             return Ok(Answer::number(tick.cast_signed()));
         }
         Set::TimeTo => {
-            let to = Time::from_nanos(u64::try_from(value).unwrap_or(0));
+            let to = duration(value)?.as_nanos();
+            let to = Time::from_nanos(u64::try_from(to).unwrap_or(u64::MAX));
             let tick = session::with_time(|time| time.set(to))??;
             return Ok(Answer::number(tick.cast_signed()));
         }
         Set::TimeWait if value < 0 => session::with_time(TimeSource::wait_for_nobody)?,
-        Set::TimeWait => session::with_time(|time| time.wait_for_all(duration(value)))?,
+        Set::TimeWait => {
+            let limit = duration(value)?;
+            session::with_time(|time| time.wait_for_all(limit))?;
+        }
         Set::TimeOrder => {
             let order = if value == 0 {
                 Order::AtOnce
@@ -350,7 +343,7 @@ fn parameter(kind: usize, value: i64, text: &str) -> Result<rc_runtime::Value, A
         1 => Value::Int(value),
         2 => Value::Float(f64::from_bits(value.cast_unsigned())),
         3 => Value::Text(text.to_owned()),
-        4 => Value::from(duration(value)),
+        4 => Value::from(duration(value)?),
         _ => return Err(internal("a parameter has no such value")),
     })
 }

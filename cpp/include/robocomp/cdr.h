@@ -139,8 +139,13 @@ class Writer {
       for (std::size_t at = 0; at < count; ++at) put(items[at]);
     }
   }
-  void align(std::size_t size) { buffer_.resize((buffer_.size() + size - 1) / size * size); }
+  void align(std::size_t size) {
+    const std::size_t aligned = (buffer_.size() + size - 1) / size * size;
+    if (aligned != buffer_.size()) buffer_.resize(aligned);
+  }
   void append(const void* data, std::size_t size) {
+    // Most bodies take one allocation.
+    if (buffer_.capacity() == 0) buffer_.reserve(std::max<std::size_t>(size, 256));
     const auto* bytes = static_cast<const std::uint8_t*>(data);
     buffer_.insert(buffer_.end(), bytes, bytes + size);
   }
@@ -196,8 +201,12 @@ class Reader {
       align(sizeof(T));
       // Their bytes are there before memory is.
       const std::uint8_t* data = take(count * sizeof(T));
-      items.resize(count);
-      std::memcpy(items.data(), data, count * sizeof(T));
+      if constexpr (std::is_same_v<T, std::uint8_t>) {
+        items.assign(data, data + count);
+      } else {
+        items.resize(count);
+        std::memcpy(items.data(), data, count * sizeof(T));
+      }
     } else {
       for (std::size_t at = 0; at < count; ++at) {
         T item{};

@@ -122,7 +122,8 @@ Result<Reply> result(const rc_answer& answer) {
   std::conditional_t<std::is_void_v<Reply>, std::tuple<>, Reply> reply{};
   Reader reader(answer.bytes);
   read_parts(reader, reply);
-  return reply;
+  // C++17 would copy the value into the result.
+  return Result<Reply>(std::move(reply));
 }
 
 // The end of a slot that sends. It works on the thread of the worker.
@@ -233,7 +234,7 @@ class Samples {
     Fresh<T> newest{{}, detail::freshness(answer.number)};
     detail::Reader reader(answer.bytes);
     detail::read_parts(reader, newest.value);
-    return newest;
+    return Result<Fresh<T>>(std::move(newest));
   }
 
  private:

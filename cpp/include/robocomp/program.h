@@ -14,6 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <typeinfo>
 #include <utility>
@@ -188,7 +189,7 @@ class Program {
     const detail::InWorker marked;
     // A started call is the worker's.
     const std::uint64_t held = raw->function == RC_HANDLE ? raw->held : 0;
-    self.call_ = std::make_unique<detail::Call>(detail::Call{
+    self.call_.emplace(detail::Call{
         detail::text(raw->name), detail::Reader(raw->body), *raw, detail::Held(held), RC_DONE, 0, {}});
     try {
       self.dispatch(*raw);
@@ -278,7 +279,8 @@ class Program {
   // Ends after the worker.
   std::shared_ptr<void> prepared_;
   std::unique_ptr<Specific> worker_;
-  std::unique_ptr<detail::Call> call_;
+  // The last call, which keeps the bytes of its answer.
+  std::optional<detail::Call> call_;
   std::string text_;
   std::exception_ptr thrown_;
 };

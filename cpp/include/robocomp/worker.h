@@ -165,9 +165,12 @@ void write_out(Call& call, const T& argument) {
 }
 
 // Calls `run`; an exception of the list becomes the reply.
-inline void guarded(Call&, const std::function<void()>& run, Throws<>) { run(); }
-template <class First, class... Rest>
-void guarded(Call& call, const std::function<void()>& run, Throws<First, Rest...>) {
+template <class Run>
+void guarded(Call&, const Run& run, Throws<>) {
+  run();
+}
+template <class Run, class First, class... Rest>
+void guarded(Call& call, const Run& run, Throws<First, Rest...>) {
   try {
     guarded(call, run, Throws<Rest...>{});
   } catch (const First& thrown) {

@@ -160,7 +160,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a string, in the memory of the message.
-    pub(crate) fn text(&mut self) -> Result<&'a str, DecodeError> {
+    pub fn text(&mut self) -> Result<&'a str, DecodeError> {
         let length = self.length()?;
         let [inner @ .., 0] = self.raw(length)? else {
             return Err(DecodeError::BadString);

@@ -1,6 +1,6 @@
 //! Writes a body of CDR, in one pass or, for large arrays, in two.
 
-use super::{Cdr, EncodeError};
+use super::{Cdr, DecodeError, EncodeError, Reader};
 
 /// Arrays of numbers from this size on, in bytes, are written straight into the memory of the
 /// middleware. A second pass over the value costs less than copying them once more.
@@ -258,6 +258,23 @@ impl<'m> Writer<'m> {
             }
             _ => self.raw(bytes),
         }
+    }
+
+    /// Copies `count` numbers of `size` bytes each, which follow in `reader`.
+    pub fn copy_numbers(
+        &mut self,
+        reader: &mut Reader<'_>,
+        count: usize,
+        size: usize,
+    ) -> Result<(), DecodeError> {
+        if count == 0 {
+            return Ok(());
+        }
+        reader.align(size);
+        let bytes = reader.raw(count.saturating_mul(size))?;
+        self.align(size);
+        self.array(bytes);
+        Ok(())
     }
 
     /// Writes a length as uint32.

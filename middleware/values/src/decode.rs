@@ -5,7 +5,7 @@ use crate::checks::{check_bound, check_range};
 use crate::error::ValueError;
 use crate::image::decode_image;
 use crate::numbers::{Element, Numbers};
-use crate::types::{Member, Named, Struct, Type};
+use crate::types::{Enum, Member, Named, Struct, Type};
 use crate::value::Value;
 use rc_middleware::{Encoding, Reader};
 use std::sync::Arc;
@@ -47,22 +47,39 @@ fn member(
     reader: &mut Reader<'_>,
     budget: &mut Budget,
 ) -> Result<Value, ValueError> {
-    if member.optional {
-        match reader.length()? {
-            0 => return Ok(Value::Missing),
-            1 => {}
-            many => {
-                let reason = format!("an optional value has {many} elements, it allows 1");
-                return Err(ValueError::new(reason));
-            }
-        }
+    if member.optional && count_of_optional(reader)? == 0 {
+        return Ok(Value::Missing);
     }
     let found = value(&member.ty, reader, budget)?;
     check_range(member, &found)?;
     Ok(found)
 }
 
-fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Value, ValueError> {
+/// Reads whether there is an optional value: 0 or 1.
+pub(crate) fn count_of_optional(reader: &mut Reader<'_>) -> Result<usize, ValueError> {
+    match reader.length()? {
+        count @ (0 | 1) => Ok(count),
+        many => {
+            let reason = format!("an optional value has {many} elements, it allows 1");
+            Err(ValueError::new(reason))
+        }
+    }
+}
+
+/// Fails if the number has no name.
+pub(crate) fn check_enum(of: &Enum, number: i32) -> Result<(), ValueError> {
+    if of.name_of(number).is_some() {
+        return Ok(());
+    }
+    let reason = format!("{number} is not a value of `{}`", of.name);
+    Err(ValueError::new(reason))
+}
+
+pub(crate) fn value(
+    ty: &Type,
+    reader: &mut Reader<'_>,
+    budget: &mut Budget,
+) -> Result<Value, ValueError> {
     Ok(match ty {
         Type::Primitive(primitive) => Element::read(*primitive, reader)?.into(),
         Type::Text { bound } => {
@@ -91,10 +108,7 @@ fn value(ty: &Type, reader: &mut Reader<'_>, budget: &mut Budget) -> Result<Valu
         }
         Type::Named(Named::Enum(of)) => {
             let number: i32 = reader.get()?;
-            if of.name_of(number).is_none() {
-                let reason = format!("{number} is not a value of `{}`", of.name);
-                return Err(ValueError::new(reason));
-            }
+            check_enum(of, number)?;
             Value::Enum(Arc::clone(of), number)
         }
         Type::Named(Named::Struct(of)) => structure(of, reader, budget)?,

@@ -1,5 +1,6 @@
 //! Types with all names resolved.
 
+use crate::quick::Quick;
 pub use rc_vocabulary::{Layout, Number, Primitive};
 use std::fmt;
 use std::sync::Arc;
@@ -37,6 +38,8 @@ pub struct Struct {
     pub layout: Option<Layout>,
     /// The levels of types inside it.
     pub(crate) depth: u32,
+    /// Its parts, if they are simple.
+    pub(crate) quick: Option<Quick>,
 }
 
 /// A member of a structure.
@@ -126,6 +129,7 @@ impl Struct {
         let layout = layouts.filter(|parts| !parts.is_empty());
         Self {
             name,
+            quick: Quick::of(&members),
             members,
             layout: layout.map(Layout::structure).filter(|layout| layout.fits()),
             depth: depth.unwrap_or(0),

@@ -6,6 +6,7 @@
 )]
 
 use rc_middleware::LoanedSample;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread::ThreadId;
 
@@ -21,6 +22,8 @@ unsafe impl Send for Lent {}
 
 /// Samples whose objects ended on another thread.
 static ABANDONED: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
+/// Whether there may be one. Each function of a worker asks.
+static ANY: AtomicBool = AtomicBool::new(false);
 
 impl Lent {
     /// A sample of this thread's publisher.
@@ -55,13 +58,18 @@ impl Drop for Lent {
             };
             let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
             abandoned.push(lent);
+            ANY.store(true, Ordering::Release);
         }
     }
 }
 
 /// Drops the samples of this thread whose objects ended on other threads.
 pub fn drop_abandoned() {
+    if !ANY.load(Ordering::Acquire) {
+        return;
+    }
     let own = std::thread::current().id();
     let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
     abandoned.retain(|lent| lent.thread != own);
+    ANY.store(!abandoned.is_empty(), Ordering::Release);
 }

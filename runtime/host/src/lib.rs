@@ -8,7 +8,7 @@
 //! - [`Program::read`] reads the description that a generated package hands over.
 //! - A [`Session`] has everything that a context reaches, on the thread of the worker; [`session`]
 //!   finds it.
-//! - [`link`] has the calls and publications of a context.
+//! - [`link`] has the calls and publications of a context, [`bodies`] those of a language with codecs of its own.
 //! - [`Sample`] is the argument of a topic's handler, [`Aligned`] and [`Lent`] the memory of values
 //!   in place.
 //!
@@ -16,6 +16,7 @@
 
 mod aligned;
 mod backends;
+pub mod bodies;
 mod description;
 mod error;
 mod kept_count;

@@ -34,11 +34,33 @@ impl Sample {
     /// It is not of its type.
     pub fn read(operation: &Operation, reader: &mut Reader<'_>) -> Result<Self, HandlerError> {
         if operation.in_place {
-            let image = copied(&operation.request, reader)?;
-            return Ok(Self::Image(Image::Copied(image)));
+            return Image::read(operation, reader).map(Self::Image);
         }
         let value = read(&operation.request, reader).map_err(undecodable)?;
         Ok(Self::Value(value))
+    }
+
+    /// [`Image::keep`] for a topic in place.
+    ///
+    /// # Errors
+    /// Those of [`Image::keep`].
+    pub fn keep(
+        operation: &Operation,
+        kept: &Arc<AtomicUsize>,
+        encoding: Encoding,
+        sample: Box<dyn KeptSample>,
+    ) -> Result<Self, HandlerError> {
+        Image::keep(operation, kept, encoding, sample).map(Self::Image)
+    }
+}
+
+impl Image {
+    /// Reads a sample of a topic in place. A value becomes an image.
+    ///
+    /// # Errors
+    /// It is not of its type.
+    pub fn read(operation: &Operation, reader: &mut Reader<'_>) -> Result<Self, HandlerError> {
+        Ok(Self::Copied(copied(&operation.request, reader)?))
     }
 
     /// Takes a sample of a topic, of which the worker keeps so many. It stays in its place for as
@@ -57,7 +79,7 @@ impl Sample {
         }
         check(&operation.request, sample.memory())?;
         match KeptCount::one(kept) {
-            Some(kept_count) => Ok(Self::Image(Image::Kept(sample, kept_count))),
+            Some(kept_count) => Ok(Self::Kept(sample, kept_count)),
             None => Err(HandlerError(format!(
                 "the worker keeps {KEPT_SAMPLES} samples of `{}`, the most that it may, so {}() does \
                  not get the next ones; drop views of earlier samples, or keep what their copy() \
