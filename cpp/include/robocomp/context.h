@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -36,12 +37,19 @@ class Context {
   // of `rcdeploy params set`: the value is checked, `params_changed` accepts or refuses it, and then `params` and all
   // tools have the new value. This is done before the next `compute`, in lockstep in the same tick; a change of several
   // components that is under way delays it. The log and the last error of the component have a refusal. At most 64
-  // changes wait.
+  // changes wait. Throws `rc::InvalidArgument` for an integer above 2^63 - 1, for a duration that is negative or longer
+  // than 2^63 - 1 ns, and for a path with a line feed.
   template <class T>
   void set_parameter(const std::string& path, const T& value) {
     if constexpr (std::is_same_v<T, bool>) {
       set_parameter(path, RC_BOOL, value ? 1 : 0, {});
     } else if constexpr (std::is_integral_v<T>) {
+      if constexpr (std::is_unsigned_v<T> && sizeof(T) >= sizeof(std::int64_t)) {
+        if (value > static_cast<T>(INT64_MAX)) {
+          throw InvalidArgument("`" + path + "`: an integer is at most " + std::to_string(INT64_MAX) + ", not " +
+                                std::to_string(value));
+        }
+      }
       set_parameter(path, RC_INT, static_cast<std::int64_t>(value), {});
     } else if constexpr (std::is_floating_point_v<T>) {
       const double number = static_cast<double>(value);
@@ -52,7 +60,12 @@ class Context {
     } else if constexpr (std::is_convertible_v<const T&, std::string_view>) {
       set_parameter(path, RC_TEXT, 0, std::string(std::string_view(value)));
     } else if constexpr (std::is_convertible_v<const T&, std::chrono::nanoseconds>) {
-      set_parameter(path, RC_DURATION, std::chrono::nanoseconds(value).count(), {});
+      using std::chrono::nanoseconds;
+      // In the unit of the value: its nanoseconds may be more than an integer holds.
+      if (value > std::chrono::duration_cast<T>(nanoseconds::max())) {
+        throw InvalidArgument("`" + path + "`: a duration is at most " + std::to_string(INT64_MAX) + " ns");
+      }
+      set_parameter(path, RC_DURATION, value < T::zero() ? -1 : nanoseconds(value).count(), {});
     } else {
       static_assert(std::is_same_v<T, std::filesystem::path>,
                     "no parameter has a value of this type; an array is changed by its elements: offsets[0]");
@@ -70,6 +83,9 @@ class Context {
 
  private:
   static void set_parameter(const std::string& path, rc_value_kind kind, std::int64_t value, const std::string& text) {
+    if (const std::size_t end = path.find('\n'); end != std::string::npos) {
+      throw InvalidArgument("`" + path.substr(0, end) + "` and a line feed begin no path of a parameter");
+    }
     const std::string both = path + '\n' + text;
     detail::checked(robocomp_set(RC_SET_PARAMETER, kind, value, detail::bytes(both)));
     detail::look_again();

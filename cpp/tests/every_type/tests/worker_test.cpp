@@ -57,6 +57,38 @@ void topics(TestContext& test, SpecificWorker& worker) {
   test.repeats.recover();
 }
 
+template <class Act>
+void refused(const std::string& part, const Act& act) {
+  std::string said = "nothing";
+  try {
+    act();
+  } catch (const rc::InvalidArgument& error) {
+    said = error.what();
+  }
+  if (said.find(part) == std::string::npos) throw std::runtime_error("`" + part + "` is not in: " + said);
+}
+
+// Values of parameters that no parameter can have are no other ones.
+void parameters(TestContext& test, SpecificWorker& worker) {
+  auto& ctx = worker.ctx;
+  constexpr auto longest = std::chrono::nanoseconds::max();
+  ctx.set_parameter("count", static_cast<std::uint64_t>(INT64_MAX));
+  ctx.set_parameter("pause", longest);
+  ctx.set_parameter("pause", 0s);
+  const auto requested = test.requested_parameters();
+  RC_CHECK(requested.size() == 3 && requested[0].value == "9223372036854775807");
+  const std::string most = "an integer is at most 9223372036854775807, not ";
+  refused("`count`: " + most + "9223372036854775808", [&] { ctx.set_parameter("count", std::uint64_t{1} << 63); });
+  refused(most + "18446744073709551615", [&] { ctx.set_parameter("count", UINT64_MAX); });
+  refused("`pause`: a duration is 0 or longer", [&] { ctx.set_parameter("pause", -1ns); });
+  refused("`pause`: a duration is 0 or longer", [&] { ctx.set_parameter("pause", std::chrono::hours::min()); });
+  refused("at most 9223372036854775807 ns", [&] { ctx.set_parameter("pause", std::chrono::hours::max()); });
+  refused("`count` and a line feed", [&] { ctx.set_parameter("count\npause", 3); });
+  refused("a duration is 0 or longer", [&] { ctx.set_period(-1ms); });
+  refused("a duration is 0 or longer", [&] { ctx.mirror.set_timeout(-1ms); });
+  RC_CHECK(test.requested_parameters().empty());
+}
+
 // Started calls of the members of an array.
 void started(TestContext& test, SpecificWorker& worker) {
   RC_CHECK(worker.ctx.asked.size() == 2 && worker.ctx.asked.get("second")->index() == 1);
@@ -92,6 +124,7 @@ int main() {
     RC_CHECK(worker.ctx.now() == 5s);
     calls(test, worker);
     topics(test, worker);
+    parameters(test, worker);
     started(test, worker);
     worker.ctx.stop("the test is over");
     RC_CHECK(worker.ctx.is_stopping());
