@@ -89,6 +89,8 @@ pub(super) struct Handler {
     pub(super) name: String,
     pub(super) result: String,
     pub(super) parameters: String,
+    /// Those of the definition of a new worker, which does not use them yet.
+    pub(super) unused: String,
     /// `<E1, E2>`, the exceptions that it may throw.
     throws: String,
     doc: Vec<String>,
@@ -104,6 +106,19 @@ fn body(result: &str) -> &'static [&'static str] {
     }
 }
 
+/// Parameters without a warning of the compiler if the function does not use them.
+fn unused(parameters: &str) -> String {
+    let mut depth = 0_i32;
+    let is_end = |c: char| {
+        depth += i32::from(c == '<') - i32::from(c == '>');
+        c == ',' && depth == 0
+    };
+    let each = parameters.split(is_end).map(str::trim);
+    let each = each.filter(|parameter| !parameter.is_empty());
+    let marked: Vec<String> = each.map(|of| format!("[[maybe_unused]] {of}")).collect();
+    marked.join(", ")
+}
+
 impl Handler {
     /// A function of the worker that handles no operation.
     fn other(result: &str, name: &str, parameters: &str) -> Self {
@@ -113,6 +128,7 @@ impl Handler {
             name: name.to_owned(),
             result: result.to_owned(),
             parameters: parameters.to_owned(),
+            unused: unused(parameters),
             throws: String::new(),
             doc: Vec::new(),
             body: body(result),
@@ -145,6 +161,7 @@ struct Collected {
     number: usize,
     name: String,
     parameters: String,
+    unused: String,
 }
 
 fn collected(view: &view::Component, number: usize, of: &view::component::Collect) -> Collected {
@@ -172,10 +189,12 @@ fn collected(view: &view::Component, number: usize, of: &view::component::Collec
         }
         taken.push(format!("rc::Fresh<{}> {name}", library::sample(operation)));
     }
+    let parameters = taken.join(", ");
     Collected {
         number,
         name: names::own(&of.name),
-        parameters: taken.join(", "),
+        unused: unused(&parameters),
+        parameters,
     }
 }
 
@@ -314,6 +333,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
                 name: names::handler(&of.name, &described.name),
                 body: body(&result),
                 result,
+                unused: unused(&parameters),
                 parameters,
                 throws: library::exceptions(described),
                 doc: view::documentation::of_operation(described, names::own),
@@ -361,5 +381,19 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
         parameters: view.parameters.as_ref().map(parameters::of),
         machine: view.machine.as_ref().map(machine::of),
         dependencies: &view.dependencies,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unused;
+
+    #[test]
+    fn each_parameter_of_a_new_function_may_be_unused() {
+        let parameters = "const std::map<int, std::vector<A>>& all, B& out";
+        let expected =
+            "[[maybe_unused]] const std::map<int, std::vector<A>>& all, [[maybe_unused]] B& out";
+        assert_eq!(unused(parameters), expected);
+        assert_eq!(unused(""), "");
     }
 }

@@ -83,13 +83,11 @@ pub(crate) fn of(
             let Handler {
                 result,
                 name,
-                parameters,
+                unused,
                 body,
                 ..
             } = function;
-            text.push_str(&format!(
-                "{result} SpecificWorker::{name}({parameters}) {{\n"
-            ));
+            text.push_str(&format!("{result} SpecificWorker::{name}({unused}) {{\n"));
             for line in *body {
                 text.push_str(&format!("  {line}\n"));
             }

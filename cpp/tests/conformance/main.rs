@@ -343,13 +343,18 @@ fn clang_builds_a_component_and_its_test() {
     }
 }
 
-/// Names of an interface that are words of C++ are names of its code all the same.
+/// Names of an interface that are words of C++ are names of its code all the same. The worker is that of `rcgen new`,
+/// which uses no parameter yet.
 #[test]
 fn words_of_cpp_are_names_of_generated_code() {
     let test = "words_of_cpp_are_names_of_generated_code";
     for compiler in ["g++", "clang++"] {
         if runs(compiler) {
-            package::check(compiler, &["-std=c++17", "-Wall", "-Wpedantic"], "words");
+            package::check(
+                compiler,
+                &["-std=c++17", "-Wall", "-Wextra", "-Wpedantic"],
+                "words",
+            );
         } else {
             let missing = format!("there is no {compiler} in the path");
             rc_test_support::python::skipped(test, &missing);
