@@ -87,6 +87,21 @@ fn toolchain() -> Result<Option<PathBuf>, Error> {
     })
 }
 
+/// Refuses a folder whose path would be several arguments, or several lines of a makefile.
+fn check_path(folder: &Path) -> Result<(), Error> {
+    if !folder
+        .as_os_str()
+        .as_bytes()
+        .iter()
+        .any(|byte| matches!(byte, b';' | b'\n' | b'\r'))
+    {
+        return Ok(());
+    }
+    Err(Error::Workspace(format!(
+        "cmake cannot build in a folder whose path has a `;` or a line feed: {folder:?}"
+    )))
+}
+
 /// The build of a component of the workspace `root`, whose program is `path`.
 pub(crate) fn of(
     built: &Built<'_>,
@@ -108,6 +123,9 @@ pub(crate) fn of(
     let folders = absolute(&target.folder).map_err(cannot("find the target folder"))?;
     let folders = folders.join("rc").join(FOLDER);
     let package = names::package(name);
+    for path in [&own, &folders] {
+        check_path(path)?;
+    }
     let (mut folder, mut staged) = (own.clone(), None);
     if let Some(middleware) = built.variant {
         // One folder for all: only their descriptions differ, so each compiles little after the first.
@@ -228,6 +246,18 @@ fn forget_other_toolchain(build: &Path, wanted: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_that_cmake_would_split_is_refused() {
+        for good in ["/robot/a component", "/robot/gé $HOME"] {
+            assert!(check_path(Path::new(good)).is_ok(), "{good}");
+        }
+        for bad in ["/robot/a;b", "/robot/a\nb", "/robot/a\rb"] {
+            let refused = check_path(Path::new(bad)).expect_err("a refusal");
+            let said = refused.to_string();
+            assert!(said.contains(&format!("{bad:?}")), "{said}");
+        }
+    }
 
     #[test]
     fn a_build_folder_of_another_toolchain_file_is_cleared() {
