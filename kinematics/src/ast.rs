@@ -147,6 +147,8 @@ pub struct Solver {
     pub payloads: Vec<Payload>,
     /// `holding JOINT, JOINT`
     pub holding: Vec<(Span, Vec<Name>)>,
+    /// `passive JOINT, JOINT`
+    pub passive: Vec<(Span, Vec<Name>)>,
     /// Its inverse question: which joints move a frame in the wanted way.
     pub inverses: Vec<Inverse>,
     /// Its settings.

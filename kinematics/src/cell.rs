@@ -168,6 +168,8 @@ pub(crate) enum OfLoops {
     Errors,
     Jacobian,
     Forces([f64; 3]),
+    /// Under this gravity, of all but these coordinates.
+    Efforts([f64; 3], Vec<usize>),
     /// Without these coordinates.
     Positions(Vec<usize>),
     Velocities(Vec<usize>),
@@ -196,6 +198,7 @@ impl Computed<'_> {
             Self::Closed(output) => match output {
                 OfLoops::Errors | OfLoops::Jacobian | OfLoops::Positions(_) => (false, false),
                 OfLoops::Forces(_) | OfLoops::Velocities(_) => (true, false),
+                OfLoops::Efforts(..) => (true, true),
             },
         }
     }
@@ -208,7 +211,8 @@ impl Computed<'_> {
 
     /// Whether gravity changes it.
     pub(crate) fn has_weight(&self) -> bool {
-        self.needs_efforts() || matches!(self, Self::Efforts(_))
+        self.needs_efforts()
+            || matches!(self, Self::Efforts(_) | Self::Closed(OfLoops::Efforts(..)))
     }
 
     /// Whether it is of masses, and changes with payloads.
@@ -226,6 +230,10 @@ impl Computed<'_> {
             }
             Self::Closed(OfLoops::Velocities(_)) => of_loops,
             Self::Closed(OfLoops::Positions(_)) => 4 * of_loops,
+            Self::Closed(OfLoops::Efforts(..)) => {
+                let count = robot.coordinates.len();
+                robot.bodies.len() + of_loops * count + count * count * count
+            }
             Self::Motion {
                 chain, expressed, ..
             } => chain.len() + expressed.as_ref().map_or(0, Chain::len),
@@ -269,6 +277,9 @@ impl Computed<'_> {
                 OfLoops::Errors => loops::errors(loops, state),
                 OfLoops::Jacobian => loops::jacobian(loops, state).concat(),
                 OfLoops::Forces(gravity) => forced(gravity).1,
+                OfLoops::Efforts(gravity, passive) => {
+                    loops::efforts(robot, loops, (state, *gravity), loads, passive)
+                }
                 OfLoops::Positions(held) => loops::closed_positions(loops, state, held),
                 OfLoops::Velocities(held) => loops::closed_velocities(loops, state, held),
             },

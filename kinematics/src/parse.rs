@@ -19,7 +19,7 @@ use rc_syntax::{Literal, Name, ParseContext};
 pub struct Grammar;
 
 /// The contents of a solver.
-const OUTPUTS: [&str; 24] = [
+const OUTPUTS: [&str; 25] = [
     "pose",
     "jacobian",
     "velocity",
@@ -33,6 +33,7 @@ const OUTPUTS: [&str; 24] = [
     "closed_positions",
     "closed_velocities",
     "holding",
+    "passive",
     "gravity",
     "payload",
     "inverse",
@@ -166,6 +167,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
         gravity: Vec::new(),
         payloads: Vec::new(),
         holding: Vec::new(),
+        passive: Vec::new(),
         inverses: Vec::new(),
         settings: Vec::new(),
     };
@@ -212,15 +214,21 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     .extend(both.map(|(name, link)| Payload { span, name, link }));
             }
             Rule::holding => {
-                let mut joints = Vec::new();
+                let (mut joints, mut is_passive) = (Vec::new(), false);
                 for inside in part.into_inner() {
                     match inside.as_rule() {
+                        Rule::kw_passive => is_passive = true,
                         Rule::frame => joints.extend(frame(r, inside)),
                         Rule::semicolon => r.semicolon(&inside),
                         _ => {}
                     }
                 }
-                solver.holding.push((span, joints));
+                let all = if is_passive {
+                    &mut solver.passive
+                } else {
+                    &mut solver.holding
+                };
+                all.push((span, joints));
             }
             Rule::inverse => solver.inverses.extend(inverse(r, part, span)),
             Rule::setting => {
@@ -244,7 +252,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     "efforts" | "mass_matrix" | "accelerations" | "loop_errors"
                     | "loop_jacobian" | "loop_forces" | "closed_positions"
                     | "closed_velocities" => Rule::whole,
-                    "holding" => Rule::holding,
+                    "holding" | "passive" => Rule::holding,
                     "payload" => Rule::payload,
                     _ => Rule::motion,
                 };
@@ -500,7 +508,7 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = fa
     solver => "`solver`",
     motion => "`pose`, `jacobian`, `velocity` or `acceleration`",
     whole => "`efforts`, `mass_matrix`, `accelerations` or an output of loops",
-    holding => "`holding`",
+    holding => "`holding` or `passive`",
     alias => "`as NAME`",
     mount => "`fixed`, `planar` or `floating`",
     place => "`at X, Y, Z`",

@@ -137,6 +137,15 @@ pub fn load(
     (Some(cell), found)
 }
 
+/// What all outputs of a solver are under.
+struct Conditions {
+    gravity: [f64; 3],
+    /// The coordinates that stay.
+    held: Vec<usize>,
+    /// Those without a motor.
+    passive: Vec<usize>,
+}
+
 struct Resolver<'r> {
     robot: &'r Robot,
     choices: Choices,
@@ -290,12 +299,15 @@ impl<'r> Resolver<'r> {
 
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
         self.without_settings(solver);
-        let gravity = self.gravity(solver);
-        let held = self.holding(solver);
+        let conditions = Conditions {
+            gravity: self.gravity(solver),
+            held: self.holding(solver),
+            passive: self.passive(solver),
+        };
         let mut known: HashMap<String, Span> = HashMap::new();
         let (mut outputs, mut computed, mut numbers) = (Vec::new(), Vec::new(), 0);
         for output in &solver.outputs {
-            let Some((described, what)) = self.output(output, gravity, &held) else {
+            let Some((described, what)) = self.output(output, &conditions) else {
                 continue;
             };
             if let Some(first) = known.get(&described.name) {
@@ -396,13 +408,13 @@ impl<'r> Resolver<'r> {
     fn output(
         &mut self,
         output: &ast::Output,
-        gravity: [f64; 3],
-        held: &[usize],
+        conditions: &Conditions,
     ) -> Option<(Output, Computed<'r>)> {
-        if !self.is_chosen(output) {
+        if !self.is_chosen(output, &conditions.passive) {
             return None;
         }
         let count = self.robot.coordinates.len();
+        let gravity = conditions.gravity;
         let described = |name: &str, doc: String, shape| Output {
             name: name.to_owned(),
             // Names of links may have any character. A line of a comment stays one.
@@ -433,7 +445,7 @@ impl<'r> Resolver<'r> {
             );
             return None;
         }
-        if let Some((name, doc, shape, computed)) = self.of_loops(output, gravity, held).ok()? {
+        if let Some((name, doc, shape, computed)) = self.of_loops(output, conditions).ok()? {
             return Some((described(name, doc, shape), Computed::Closed(computed)));
         }
         let (what, tip, base, expressed) = match &output.kind {

@@ -391,15 +391,19 @@ fn from_leaves(robot: &Robot) -> Vec<usize> {
     order
 }
 
-/// The first coordinate that moves no mass: no acceleration follows from its effort.
-pub fn weightless(robot: &Robot) -> Option<usize> {
-    // A position that no file favours.
+/// Positions that no file favours.
+pub(crate) fn unfavoured(robot: &Robot) -> Vec<f64> {
     let mut position = 0.3;
     let positions = robot.coordinates.iter().map(|_| {
         position = (position * 7.3 + 0.61) % 1.7;
         position
     });
-    let state = State::still(positions.collect());
+    positions.collect()
+}
+
+/// The first coordinate that moves no mass: no acceleration follows from its effort.
+pub fn weightless(robot: &Robot) -> Option<usize> {
+    let state = State::still(unfavoured(robot));
     let mut rows = mass_matrix(robot, &state, &[]);
     let own: Vec<f64> = rows.iter().enumerate().map(|(at, row)| row[at]).collect();
     let order = from_leaves(robot);

@@ -5,7 +5,7 @@
 //! constraints (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 8).
 
 use crate::chain::{Chain, Moved};
-use crate::dynamics::{Load, Motions, equation};
+use crate::dynamics::{self, Load, Motions, equation};
 use crate::robot::{Robot, State};
 use crate::vectors::scaled;
 use rc_quantity::Real;
@@ -202,4 +202,83 @@ pub fn accelerations<T: Real>(
         }
     }
     (accelerations, forces)
+}
+
+/// The least efforts, by the sum of their squares, that give these accelerations while all loops stay closed. Those of
+/// `passive` coordinates are 0. Accelerations that open a loop have the efforts of the nearest ones that do not.
+///
+/// Loops carry what does no work, so that only the parts of the efforts along motions that keep the loops closed count.
+pub fn efforts<T: Real>(
+    robot: &Robot,
+    loops: &[Loop<'_>],
+    (state, gravity): (&State<T>, [f64; 3]),
+    loads: &[Load<T>],
+    passive: &[usize],
+) -> Vec<T> {
+    let (zero, one) = (T::constant(0.0), T::constant(1.0));
+    let jacobian = jacobian(loops, state);
+    let along = |vector: Vec<T>| -> Vec<T> {
+        let rates = jacobian.iter().map(|row| dot(row, &vector)).collect();
+        let across = shortest(&jacobian, rates);
+        let parts = vector.iter().zip(across);
+        parts.map(|(part, by)| *part - by).collect()
+    };
+    let count = robot.coordinates.len();
+    // What one effort does along these motions.
+    let motors: Vec<(usize, Vec<T>)> = (0..count)
+        .filter(|at| !passive.contains(at))
+        .map(|at| {
+            let mut unit = vec![zero; count];
+            unit[at] = one;
+            (at, along(unit))
+        })
+        .collect();
+    let mut square: Vec<Vec<T>> = (0..count)
+        .map(|row| {
+            let of = |column| {
+                let motors = motors.iter();
+                motors.fold(zero, |sum, (_, motor)| sum + motor[row] * motor[column])
+            };
+            (0..count).map(of).collect()
+        })
+        .collect();
+    // The second time removes what rounding left, which the small stiffness across would magnify.
+    let mut wanted = along(along(dynamics::efforts(robot, state, gravity, loads)));
+    solve(&mut square, &mut wanted);
+    let mut efforts = vec![zero; count];
+    for (at, motor) in &motors {
+        efforts[*at] = dot(motor, &wanted);
+    }
+    efforts
+}
+
+/// How many of these coordinates move as the others do, because of the loops: at most, as it is at positions that
+/// no file favours.
+pub fn moved_by_others(robot: &Robot, loops: &[Loop<'_>], passive: &[usize]) -> usize {
+    let rows = jacobian(loops, &State::still(dynamics::unfavoured(robot)));
+    let mut columns: Vec<Vec<f64>> = passive
+        .iter()
+        .map(|at| rows.iter().map(|row| row[*at]).collect())
+        .collect();
+    let mut moved = 0;
+    for row in 0..rows.len() {
+        let greatest = (moved..columns.len()).max_by(|a, b| {
+            let (one, other) = (columns[*a][row], columns[*b][row]);
+            one.abs().total_cmp(&other.abs())
+        });
+        let Some(greatest) = greatest else { break };
+        columns.swap(moved, greatest);
+        let pivot = columns[moved].clone();
+        if pivot[row].abs() < 1e-9 {
+            continue;
+        }
+        moved += 1;
+        for column in &mut columns[moved..] {
+            let factor = column[row] / pivot[row];
+            for (part, by) in column.iter_mut().zip(&pivot) {
+                *part -= factor * by;
+            }
+        }
+    }
+    moved
 }

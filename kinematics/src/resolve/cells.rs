@@ -1,12 +1,12 @@
 //! Resolves the robots of a cell: how they are held, and which frames stay together.
 
-use super::{Resolver, tree};
+use super::{Conditions, Resolver, tree};
 use crate::ast::{self, OutputKind};
 use crate::cell::{OfLoops, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_quantity::Transform;
 use rc_quantity::rotation::EulerOrder;
-use rc_robot::loops::Loop;
+use rc_robot::loops::{self, Loop};
 use rc_robot::{Mount, Refused, Robot};
 use rc_syntax::Loader;
 use std::collections::HashMap;
@@ -208,14 +208,50 @@ impl Resolver<'_> {
         joints.filter_map(|joint| self.coordinate(joint)).collect()
     }
 
+    /// The coordinates of a solver that have no motor.
+    pub(super) fn passive(&mut self, solver: &ast::Solver) -> Vec<usize> {
+        let Some((span, _)) = solver.passive.first() else {
+            return Vec::new();
+        };
+        if let [(first, _), (second, _), ..] = solver.passive.as_slice() {
+            self.duplicate(*second, "`passive` occurs twice".to_owned(), *first);
+        }
+        let mut outputs = solver.outputs.iter();
+        let has_efforts = outputs.any(|output| output.kind == OutputKind::Efforts);
+        if !has_efforts {
+            let message = "`passive` changes nothing: this solver gives no `efforts`";
+            self.error("without-effect", *span, message.to_owned());
+        }
+        let joints = solver.passive.iter().flat_map(|(_, joints)| joints);
+        let mut passive: Vec<usize> = joints.filter_map(|joint| self.coordinate(joint)).collect();
+        passive.sort_unstable();
+        passive.dedup();
+        let moved = loops::moved_by_others(self.robot, &self.loops, &passive);
+        // Without loops, the output is refused.
+        if moved < passive.len() && has_efforts && !self.loops.is_empty() {
+            let message = format!(
+                "the loops move {moved} of {} joints without a motor",
+                passive.len()
+            );
+            let error = Diagnostic::error("bad-loop", *span, message);
+            self.found
+                .push(error.help("leave the joints that have a motor out of `passive`"));
+        }
+        passive
+    }
+
     /// An output of all loops: its name, its comment, its shape and its computation. `None` if it is another
     /// one, and an error if it is wrong.
     pub(super) fn of_loops(
         &mut self,
         output: &ast::Output,
-        gravity: [f64; 3],
-        held: &[usize],
+        conditions: &Conditions,
     ) -> Result<Option<(&'static str, String, Shape, OfLoops)>, ()> {
+        let Conditions {
+            gravity,
+            held,
+            passive,
+        } = conditions;
         let count = self.robot.coordinates.len();
         let rows = self.loops.iter().map(Loop::rows).sum();
         let order = "For each loop, the way from its first frame to its second one along the axes of the first one";
@@ -245,13 +281,13 @@ impl Resolver<'_> {
                     torque in Nm, under these efforts and a gravity of {gravity:?} m/s² in the root."
                 ),
                 Shape::Vector(rows),
-                OfLoops::Forces(gravity),
+                OfLoops::Forces(*gravity),
             ),
             OutputKind::ClosedPositions => (
                 "closed_positions",
                 format!("The positions near these ones that close all loops. {staying}"),
                 Shape::Vector(count),
-                OfLoops::Positions(held.to_vec()),
+                OfLoops::Positions(held.clone()),
             ),
             OutputKind::ClosedVelocities => (
                 "closed_velocities",
@@ -259,7 +295,16 @@ impl Resolver<'_> {
                     "The velocities nearest to these ones that keep all loops closed. {staying}"
                 ),
                 Shape::Vector(count),
-                OfLoops::Velocities(held.to_vec()),
+                OfLoops::Velocities(held.clone()),
+            ),
+            OutputKind::Efforts if !passive.is_empty() => (
+                "efforts",
+                format!(
+                    "The least torques in Nm, and forces in N of joints that slide, with which these accelerations keep all \
+                    loops closed, under a gravity of {gravity:?} m/s² in the root. Those of joints without a motor are 0."
+                ),
+                Shape::Vector(count),
+                OfLoops::Efforts(*gravity, passive.clone()),
             ),
             _ => return Ok(None),
         };

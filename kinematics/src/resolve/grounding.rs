@@ -69,7 +69,7 @@ impl Choices {
 
 impl Resolver<'_> {
     /// Outputs that have no meaning, or no digits, with the choices of the file.
-    pub(super) fn is_chosen(&mut self, output: &ast::Output) -> bool {
+    pub(super) fn is_chosen(&mut self, output: &ast::Output, passive: &[usize]) -> bool {
         let of_masses = matches!(
             output.kind,
             OutputKind::Efforts
@@ -89,6 +89,7 @@ impl Resolver<'_> {
             OutputKind::ClosedPositions | OutputKind::ClosedVelocities | OutputKind::LoopForces
         );
         let closes = output.kind == OutputKind::Accelerations && !self.loops.is_empty();
+        let closes = closes || (output.kind == OutputKind::Efforts && !passive.is_empty());
         self.has_digits(output.span, of_loops || closes, "loops are closed")
     }
 

@@ -186,7 +186,13 @@ impl Resolver<'_> {
         let others = others.chain(solver.outputs.iter().map(|output| output.span));
         let others = others.chain(solver.gravity.iter().map(|(span, _)| *span));
         let others = others.chain(solver.payloads.iter().map(|payload| payload.span));
-        let others = others.chain(solver.holding.iter().map(|(span, _)| *span));
+        let others = others.chain(
+            solver
+                .holding
+                .iter()
+                .chain(&solver.passive)
+                .map(|(span, _)| *span),
+        );
         for other in others {
             let message = "an inverse solver gives nothing else".to_owned();
             let error = Diagnostic::error("mixed-solver", other, message);

@@ -176,6 +176,7 @@ Kinematics four
     solver keep { closed_positions; loop_errors; };
     solver rates { closed_velocities; loop_jacobian; };
     solver go { accelerations; loop_forces; efforts; };
+    solver push { efforts; passive knee, swing; };
 };";
 
 /// The linkage falls under gravity: it stays closed, and keeps its energy.
@@ -184,8 +185,8 @@ Kinematics four
 #[test]
 fn a_four_bar_linkage_stays_closed() {
     let four = cell(FOUR, &[("bars.urdf", BARS)]);
-    let [close, keep, rates, go] = four.solvers.as_slice() else {
-        panic!("four solvers");
+    let [close, keep, rates, go, _] = four.solvers.as_slice() else {
+        panic!("five solvers");
     };
     let mut state = State::still(vec![-1.0, -0.2, -1.2]);
     state.positions = output(close, "closed_positions", &state, &[0.0; 3]);
@@ -255,8 +256,8 @@ fn a_four_bar_linkage_stays_closed() {
 #[test]
 fn efforts_leave_loops_without_force() {
     let four = cell(FOUR, &[("bars.urdf", BARS)]);
-    let [close, _, rates, go] = four.solvers.as_slice() else {
-        panic!("four solvers");
+    let [close, _, rates, go, _] = four.solvers.as_slice() else {
+        panic!("five solvers");
     };
     let mut state = State::still(vec![-1.0, -0.2, -1.2]);
     state.positions = output(close, "closed_positions", &state, &[0.0; 3]);
@@ -279,6 +280,51 @@ fn efforts_leave_loops_without_force() {
         doc.ends_with("with which the loops carry no force."),
         "{doc}"
     );
+}
+
+/// Motors give accelerations through the loop, also where joints have none, with the least efforts that do.
+#[test]
+fn motors_move_joints_without_one() {
+    let four = cell(FOUR, &[("bars.urdf", BARS)]);
+    let [close, _, rates, go, push] = four.solvers.as_slice() else {
+        panic!("five solvers");
+    };
+    let mut state = State::still(vec![-1.0, -0.2, -1.2]);
+    state.positions = output(close, "closed_positions", &state, &[0.0; 3]);
+    state.velocities = vec![1.0, -0.5, 0.3];
+    state.velocities = output(rates, "closed_velocities", &state, &[0.0; 3]);
+    let pushed = [0.4, -0.2, 0.1];
+    state.accelerations = output(go, "accelerations", &state, &pushed);
+    let efforts = output(push, "efforts", &state, &[0.0; 3]);
+    assert!(efforts[0].abs() > 0.01, "{efforts:?}");
+    near(&efforts[1..], &[0.0; 2], 1e-300);
+    let again = output(go, "accelerations", &state, &efforts);
+    near(&again, &state.accelerations, 1e-8);
+    let doc = &push.outputs[0].doc;
+    assert!(doc.starts_with("The least torques"), "{doc}");
+    // With a second motor, they share the effort.
+    let text = FOUR.replace("passive knee, swing", "passive knee");
+    let two = cell(&text, &[("bars.urdf", BARS)]);
+    let shared = output(&two.solvers[4], "efforts", &state, &[0.0; 3]);
+    let again = output(go, "accelerations", &state, &shared);
+    near(&again, &state.accelerations, 1e-8);
+    let square = |all: &[f64]| all.iter().map(|one| one * one).sum::<f64>();
+    assert!(shared[2].abs() > 0.01, "{shared:?}");
+    assert!(square(&shared) < square(&efforts), "{shared:?} {efforts:?}");
+    // Any other share costs more.
+    for by in [-0.05, 0.05] {
+        let mixed: Vec<f64> = shared
+            .iter()
+            .zip(&efforts)
+            .map(|(one, other)| one * (1.0 - by) + other * by)
+            .collect();
+        near(
+            &output(go, "accelerations", &state, &mixed),
+            &state.accelerations,
+            1e-8,
+        );
+        assert!(square(&mixed) > square(&shared), "{mixed:?}");
+    }
 }
 
 /// Two frames that are half a turn apart are not together: the sine of that angle is 0. Closed positions bring them
@@ -341,6 +387,7 @@ Kinematics both
     solver close { closed_positions; };
     solver rates { closed_velocities; };
     solver go { accelerations; loop_forces; };
+    solver push { efforts; passive right.shoulder_pan, right.shoulder_lift, right.elbow, right.wrist_1; };
 };";
     let arms = cell(text, &[("six.urdf", SIX)]);
     let bars = cell(FOUR, &[("bars.urdf", BARS)]);
@@ -378,23 +425,27 @@ Kinematics both
             let mut moving = state.clone();
             moving.accelerations = output(solver("go"), "accelerations", &state, &efforts);
             let all = dynamics::efforts(&cell.robot, &moving, [0.0, 0.0, -9.80665], &[]);
-            own.push([
-                moving.accelerations,
-                output(solver("go"), "loop_forces", &state, &efforts),
-                all.iter()
-                    .zip(&efforts)
-                    .map(|(all, own)| all - own)
-                    .collect(),
-            ]);
-            cases.push(json!({
-                "urdf": urdf,
-                "ends": ends,
-                "coordinates": cell.robot.coordinates,
-                "point": count == 3,
-                "positions": state.positions,
-                "velocities": state.velocities,
-                "efforts": efforts,
-            }));
+            // Those of the motors alone give the same accelerations.
+            let of_motors = output(solver("push"), "efforts", &moving, &vec![0.0; count]);
+            for efforts in [efforts, of_motors] {
+                own.push([
+                    moving.accelerations.clone(),
+                    output(solver("go"), "loop_forces", &state, &efforts),
+                    all.iter()
+                        .zip(&efforts)
+                        .map(|(all, own)| all - own)
+                        .collect(),
+                ]);
+                cases.push(json!({
+                    "urdf": urdf,
+                    "ends": ends,
+                    "coordinates": cell.robot.coordinates,
+                    "point": count == 3,
+                    "positions": state.positions,
+                    "velocities": state.velocities,
+                    "efforts": efforts,
+                }));
+            }
         }
     }
     Loops { cases, own }
@@ -441,7 +492,7 @@ fn compare(loops: &Loops, other: &[Value], names: [(&str, usize); 2], most: f64)
             }
         }
     }
-    assert!(seen > 12, "{seen}");
+    assert!(seen > 24, "{seen}");
 }
 
 /// Accelerations and forces of Pinocchio's constrained dynamics.
@@ -456,7 +507,8 @@ fn loops_move_as_those_of_pinocchio() {
     compare(&loops, &other, [("accelerations", 0), ("forces", 1)], 1e-6);
 }
 
-/// At rest, because its constraints know no acceleration by velocities. They are soft: some parts of a thousand are missing.
+/// At rest, because its constraints know no acceleration by velocities. They are soft: a percent is missing, and
+/// more of the greatest forces.
 #[test]
 fn loops_move_as_equality_constraints_of_mujoco() {
     let test = "loops_move_as_equality_constraints_of_mujoco";
@@ -465,5 +517,5 @@ fn loops_move_as_equality_constraints_of_mujoco() {
     };
     let loops = loops(0.0);
     let other = answers(python, "loops_mujoco.py", &loops.cases);
-    compare(&loops, &other, [("accelerations", 0), ("efforts", 2)], 1e-2);
+    compare(&loops, &other, [("accelerations", 0), ("efforts", 2)], 2e-2);
 }

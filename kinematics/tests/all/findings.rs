@@ -174,6 +174,39 @@ Kinematics cell
     "#]].assert_eq(&found);
 }
 
+/// Joints without a motor need loops that move them.
+#[test]
+fn joints_without_a_motor_are_moved_by_loops() {
+    let found = load(
+        "import \"arm.urdf\";
+Kinematics cell
+{
+    loop bar { wrist = base; point; };
+    solver push { efforts; passive turn, reach, bend; };
+    solver fk { pose wrist in base; passive turn; passive bned; };
+    solver reach { inverse pose wrist in base; passive turn; };
+    solver alone { efforts; passive ; };
+};",
+    )
+    .1;
+    expect![[r#"
+        cell.kdsl:5:28: error[bad-loop]: the loops move 2 of 3 joints without a motor (leave the joints that have a motor out of `passive`)
+        cell.kdsl:6:37: error[without-effect]: `passive` changes nothing: this solver gives no `efforts`
+        cell.kdsl:6:51: error[duplicate-name]: `passive` occurs twice; first declared here at cell.kdsl:6:37
+        cell.kdsl:6:59: error[unknown-joint]: the robot `arm` has no joint `bned` that moves on its own (did you mean `bend`?)
+        cell.kdsl:7:48: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:7:20 (write a solver of its own for it)
+        cell.kdsl:8:37: error[syntax-error]: expected the name of a link, found `;`
+    "#]].assert_eq(&found);
+    let found = load(
+        "import \"arm.urdf\";
+Kinematics cell { solver push { efforts; passive turn; }; };",
+    )
+    .1;
+    expect![[r#"
+        cell.kdsl:2:33: error[bad-loop]: there is no loop (write `loop NAME { FRAME = FRAME; };` before the solvers)
+    "#]].assert_eq(&found);
+}
+
 /// Printed code compiles whatever the names are.
 #[test]
 fn names_that_printed_code_has_are_refused() {

@@ -1,5 +1,5 @@
 # For each case of the input: accelerations and forces of a robot at rest whose two frames stay together, as the equality
-# constraints of MuJoCo give them. These are soft: some parts of a thousand are missing.
+# constraints of MuJoCo give them. These are soft: a percent is missing.
 import json
 import sys
 

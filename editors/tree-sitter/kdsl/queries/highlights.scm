@@ -1,5 +1,5 @@
 (comment) @comment
-["acceleration" "accelerations" "as" "at" "closed_positions" "closed_velocities" "damped" "efforts" "expressed" "fixed" "floating" "frames" "gain" "gravity" "holding" "import" "in" "inverse" "iterations" "jacobian" "kinematics" "lengths" "limits" "loop" "loop_errors" "loop_forces" "loop_jacobian" "mass_matrix" "math" "matrices" "null" "payload" "period" "planar" "point" "pose" "posture" "quaternion" "restarts" "rpy" "scalars" "seed" "solver" "tolerance" "velocity" "within"] @keyword
+["acceleration" "accelerations" "as" "at" "closed_positions" "closed_velocities" "damped" "efforts" "expressed" "fixed" "floating" "frames" "gain" "gravity" "holding" "import" "in" "inverse" "iterations" "jacobian" "kinematics" "lengths" "limits" "loop" "loop_errors" "loop_forces" "loop_jacobian" "mass_matrix" "math" "matrices" "null" "passive" "payload" "period" "planar" "point" "pose" "posture" "quaternion" "restarts" "rpy" "scalars" "seed" "solver" "tolerance" "velocity" "within"] @keyword
 (alias "as" . (name) @type)
 (kinematics "kinematics" . (name) @type)
 (ring "loop" . (name) @type)

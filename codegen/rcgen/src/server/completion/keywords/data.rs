@@ -235,6 +235,10 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 25] = [
                 "holding",
                 "Joints that stay where they are: `holding left.turn;`",
             ),
+            (
+                "passive",
+                "Joints without a motor, which the loops move: `passive right.turn;`",
+            ),
         ],
     ),
     (
