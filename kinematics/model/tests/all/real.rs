@@ -1,4 +1,4 @@
-//! Robots of real makers, read from the package `example-robot-data` of `PyPI`.
+//! Robots of real makers, read from packages of `PyPI`.
 
 use crate::pinocchio::{Case, compare};
 use rc_diagnostics::{Format, SourceMap, render};
@@ -7,6 +7,15 @@ use std::process::Command;
 
 /// The packages. Pinocchio of another version reads the same files.
 const PACKAGES: &str = "example-robot-data==6.0.0\npin==4.1.0\n";
+const MORE: &str = "rtb-data==2.0.0\npybullet==3.2.7\npin==4.1.0\n";
+
+/// What is refused here, and not by Pinocchio: joints that follow nothing, which it does not look for without them; joints
+/// without a position; and text before the declaration of XML.
+const REFUSED: [&str; 3] = [
+    "error[unknown-joint]: there is no joint",
+    "error[bad-value]: `lower` is greater than `upper`",
+    "error[malformed-xml]: malformed XML: unexpected XML declaration",
+];
 
 /// The files below a folder that end in `.urdf`, sorted.
 fn urdfs(folder: &Path, out: &mut Vec<PathBuf>) {
@@ -32,13 +41,32 @@ fn real_robots_move_as_those_of_pinocchio() {
     let test = "real_robots_move_as_those_of_pinocchio";
     let python = rc_test_support::python::packages("example-robots", PACKAGES, test);
     let Some(python) = python else { return };
+    let data = "cmeel.prefix/share/example-robot-data/robots";
+    robots_move_as_those_of_pinocchio(python, &[data], 60);
+}
+
+/// Those of the Robotics Toolbox for Python, and of Bullet.
+#[test]
+#[ignore = "`cargo xtask soak kinematics` runs it: the packages have 150 MB"]
+fn robots_of_toolboxes_move_as_those_of_pinocchio() {
+    let test = "robots_of_toolboxes_move_as_those_of_pinocchio";
+    let python = rc_test_support::python::packages("more-robots", MORE, test);
+    let Some(python) = python else { return };
+    robots_move_as_those_of_pinocchio(python, &["rtbdata", "pybullet_data"], 80);
+}
+
+/// Compares the robots below folders of packages, which are at least `least`.
+fn robots_move_as_those_of_pinocchio(python: &Path, folders: &[&str], least: usize) {
     let program = "import sysconfig; print(sysconfig.get_path('purelib'))";
     let output = Command::new(python).args(["-c", program]).output();
     let output = String::from_utf8(output.expect("python").stdout).expect("a text");
-    let data = "cmeel.prefix/share/example-robot-data/robots";
     let mut files = Vec::new();
-    urdfs(&Path::new(output.trim()).join(data), &mut files);
-    assert!(files.len() > 60, "{}", files.len());
+    for folder in folders {
+        urdfs(&Path::new(output.trim()).join(folder), &mut files);
+    }
+    // A thousand things of one link.
+    files.retain(|path| !path.iter().any(|part| part == "random_urdfs"));
+    assert!(files.len() > least, "{}", files.len());
     let count = std::env::var("KINEMATICS_STATES").map(|text| text.parse().expect("a number"));
     if count.is_ok() {
         files = files.into_iter().step_by(5).collect();
@@ -66,10 +94,9 @@ fn real_robots_move_as_those_of_pinocchio() {
         .filter_map(|(path, theirs)| {
             let own = wrong.iter().find(|(file, _)| *file == path);
             let own = own.map(|(_, found)| found);
-            // Without joints that follow, Pinocchio does not look for their leaders.
-            let is_leaderless =
-                own.is_some_and(|found| found.contains("error[unknown-joint]: there is no joint"));
-            (own.is_some() != (theirs.is_some() || is_leaderless))
+            let is_refused =
+                own.is_some_and(|found| REFUSED.iter().any(|text| found.contains(text)));
+            (own.is_some() != (theirs.is_some() || is_refused))
                 .then(|| format!("{}: {own:?}, {theirs:?}", path.display()))
         })
         .collect();
