@@ -100,7 +100,7 @@ struct Steps<'p> {
     /// What each node is. Opposites are no steps where a sum or a product has them: a sign is exact.
     values: Vec<Signed>,
     /// The step of each node, then those of opposites.
-    steps: Vec<Option<Step>>,
+    found: Vec<Option<Step>>,
     /// The opposite of each node, where another step needs it.
     opposites: Vec<Option<usize>>,
 }
@@ -127,10 +127,10 @@ impl Steps<'_> {
                 Operand::Constant((-f64::from_bits(bits)).to_bits())
             }
             Operand::Node(at) if is_negative => {
-                let count = self.steps.len();
+                let count = self.found.len();
                 let opposite = *self.opposites[at].get_or_insert(count);
                 if opposite == count {
-                    self.steps.push(Some(Step {
+                    self.found.push(Some(Step {
                         kind: Kind::Multiply,
                         node: opposite,
                         operands: vec![operand, MINUS_ONE],
@@ -194,7 +194,7 @@ pub(super) fn steps(program: &Program) -> Ordered {
     let mut all = Steps {
         program,
         values: (0..nodes.len()).map(own).collect(),
-        steps: nodes.iter().map(|_| None).collect(),
+        found: nodes.iter().map(|_| None).collect(),
         opposites: vec![None; nodes.len()],
     };
     for (at, node) in nodes.iter().enumerate() {
@@ -208,7 +208,7 @@ pub(super) fn steps(program: &Program) -> Ordered {
             _ => {
                 let (kind, operands, is_negative) = all.step(at);
                 all.values[at].is_negative = is_negative;
-                all.steps[at] = Some(Step {
+                all.found[at] = Some(Step {
                     kind,
                     node: at,
                     operands,
@@ -218,7 +218,7 @@ pub(super) fn steps(program: &Program) -> Ordered {
     }
     let results = program.results().iter();
     let results: Vec<Operand> = results.map(|result| all.plain(*result)).collect();
-    let (steps, runs) = in_order(with_products(all.steps, &results));
+    let (steps, runs) = in_order(with_products(all.found, &results));
     Ordered {
         steps,
         runs,
