@@ -52,6 +52,9 @@ pub(crate) struct Guard {
     removed: Vec<String>,
     /// Some files of its services that were removed, until the supervisor or agent takes them.
     missing: Vec<String>,
+    /// Whether it was asked to look for them, and whether it has.
+    looks: bool,
+    has_looked: bool,
     /// When it last made progress, or had nothing to do.
     moved: Instant,
     /// Why it was killed.
@@ -128,6 +131,8 @@ impl Guard {
             cleaned: 0,
             removed: Vec::new(),
             missing: Vec::new(),
+            looks: false,
+            has_looked: false,
             moved: now,
             failure: None,
         })
@@ -170,6 +175,11 @@ impl Guard {
                 }
                 Some(Answer::Missing { files }) => {
                     self.missing = files.iter().map(|file| clean(file)).collect();
+                    self.progress
+                }
+                Some(Answer::Looked) => {
+                    self.looks = false;
+                    self.has_looked = true;
                     self.progress
                 }
                 Some(Answer::Cleaned { deaths }) => {
@@ -217,6 +227,17 @@ impl Guard {
         std::mem::take(&mut self.missing)
     }
 
+    /// Makes it look whether files of its services were removed.
+    pub(crate) fn look(&mut self) {
+        self.tell(&Report::Look);
+        self.looks = true;
+    }
+
+    /// Whether it has looked since [`Self::look`].
+    pub(crate) fn has_looked(&self) -> bool {
+        self.has_looked
+    }
+
     /// Until when components wait for a clean-up that is due.
     pub(crate) fn patience(&self) -> Option<Instant> {
         (self.cleaned < self.deaths).then(|| self.moved + CLEAN_PATIENCE)
@@ -226,6 +247,7 @@ impl Guard {
     fn is_busy(&self) -> bool {
         self.held().is_none_or(|held| held < self.services)
             || self.cleaned < self.deaths
+            || self.looks
             || !self.output.is_empty()
     }
 
@@ -242,8 +264,9 @@ impl Guard {
                 Some(held) if held < self.services => {
                     format!("has created {held} of {} services", self.services)
                 }
-                Some(_) if self.output.is_empty() => "does not clean up".to_owned(),
-                Some(_) => "does not read".to_owned(),
+                Some(_) if !self.output.is_empty() => "does not read".to_owned(),
+                Some(_) if self.cleaned < self.deaths => "does not clean up".to_owned(),
+                Some(_) => "does not look for its services".to_owned(),
             };
             self.fail(&format!("it {at}, and came no further for {STEP_LIMIT:?}"));
         }

@@ -67,6 +67,8 @@ pub(crate) enum Report {
     Ended { pid: i32 },
     /// Clean up after all dead processes; so many have died until now.
     CleanUp { deaths: u64 },
+    /// Look whether services were removed.
+    Look,
     /// All components have ended: no service is needed any more.
     Release,
     /// Everything is cleaned up. The guard has nothing to do.
@@ -89,6 +91,8 @@ pub(crate) enum Answer {
     Cleaned { deaths: u64 },
     /// Files or shared memory of the services that it holds were removed: some of them.
     Missing { files: Vec<String> },
+    /// It has looked, and reported before what is missing.
+    Looked,
     /// It holds no service any more.
     Released,
 }
@@ -104,6 +108,8 @@ pub enum HoldTask {
         /// How many have died.
         deaths: u64,
     },
+    /// Look whether held services were removed.
+    Look,
 }
 
 /// Progress of [`HoldServices`].
@@ -119,6 +125,8 @@ pub enum HoldProgress {
     Cleaned(u64),
     /// These files and shared memory of held services were removed.
     Missing(Vec<PathBuf>),
+    /// It has done [`HoldTask::Look`].
+    Looked,
 }
 
 /// Holds the services of `network` on a thread of its own until `tasks` ends, and reports each
@@ -251,6 +259,7 @@ impl Holder {
                         Answer::Missing { files }
                     }
                     HoldProgress::Cleaned(deaths) => Answer::Cleaned { deaths },
+                    HoldProgress::Looked => Answer::Looked,
                 };
                 // A supervisor that was killed does not read.
                 let _ = (&supervisor).write_all(&lines::encode(&answer));
@@ -317,6 +326,7 @@ fn listen(supervisor: &UnixStream, holder: &mut Holder) -> LinkEnd {
                     registry.components.retain(|c| c.process.pid != pid);
                 }
                 (Ok(Report::CleanUp { deaths }), _) => holder.give(HoldTask::CleanUp { deaths }),
+                (Ok(Report::Look), _) => holder.give(HoldTask::Look),
                 (Ok(Report::Release), _) => {
                     if !holder.release() {
                         return LinkEnd::Stuck;
@@ -354,6 +364,7 @@ mod tests {
                     report(HoldProgress::Removed("a".to_owned()));
                     report(HoldProgress::Cleaned(deaths));
                 }
+                HoldTask::Look => report(HoldProgress::Looked),
             }
         }
     }
@@ -427,6 +438,7 @@ mod tests {
             Report::Hold(service()),
             Report::Hold(service()),
             Report::CleanUp { deaths: 3 },
+            Report::Look,
             Report::Release,
             Report::Farewell,
         ];
@@ -439,6 +451,7 @@ mod tests {
                 Answer::Cleaning,
                 Answer::Removed { component },
                 Answer::Cleaned { deaths: 3 },
+                Answer::Looked,
                 Answer::Released,
             ]
         );

@@ -187,6 +187,9 @@ impl NetworkGuard {
             for component in guard.take_removed() {
                 self.ended.remove(&component);
             }
+            if guard.has_looked() {
+                guard.fail("it shares the lock in a folder that was removed");
+            }
         }
     }
 
@@ -273,12 +276,14 @@ impl NetworkGuard {
     }
 
     /// Makes the run directory, the lock and the registry again where they are missing. Returns
-    /// whether they were. The guard then ends, so that a new one shares the new lock.
+    /// whether they were. The guard then ends, so that a new one shares the new lock. Before, it looks
+    /// for its services: what removed the directory may have removed their memory, which a new guard
+    /// would create again, and the components that run would stay alone with the old one.
     pub(crate) fn restore(&mut self) -> io::Result<bool> {
         let is_new = self.lock.restore(&self.network)?;
         if is_new {
             if let Some(guard) = &mut self.guard {
-                guard.fail("it shares the lock in a folder that was removed");
+                guard.look();
             }
             self.registry.write(self.lock.directory())?;
         }

@@ -66,6 +66,19 @@ pub fn hold(network: &str, tasks: &Receiver<HoldTask>, report: &dyn Fn(HoldProgr
                 }
                 report(HoldProgress::Cleaned(deaths));
             }
+            HoldTask::Look => {
+                // Whatever removes files may still be at work.
+                for _ in 0..2 {
+                    if !tasks.pause(LOOK) {
+                        return;
+                    }
+                    let missing = holder.as_ref().map(Holder::missing).unwrap_or_default();
+                    if let Some(missing) = look.again(missing) {
+                        report(HoldProgress::Missing(missing));
+                    }
+                }
+                report(HoldProgress::Looked);
+            }
         }
     }
 }
@@ -124,6 +137,18 @@ impl<'r> Tasks<'r> {
         match self.waiting.pop_front() {
             Some(task) => Ok(task),
             None => self.tasks.recv_timeout(limit),
+        }
+    }
+
+    /// Keeps those that come within `limit` for later. Returns whether more may come.
+    fn pause(&mut self, limit: Duration) -> bool {
+        let end = Instant::now() + limit;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.tasks.recv_timeout(left) {
+                Ok(task) => self.waiting.push_back(task),
+                Err(error) => return error == RecvTimeoutError::Timeout,
+            }
         }
     }
 

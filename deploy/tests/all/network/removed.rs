@@ -24,9 +24,21 @@ fn is_well(status: &Value) -> bool {
 
 #[test]
 fn a_network_without_its_shared_memory_restarts_in_order() {
-    let site = Site::new("memory");
-    up(&site);
+    restarts_in_order(&Site::new("memory"), false);
+}
+
+/// A logout removes both, if the run directory is in `/dev/shm`.
+#[test]
+fn a_network_without_its_run_directory_and_its_memory_restarts_in_order() {
+    restarts_in_order(&Site::new("memory_and_directory"), true);
+}
+
+fn restarts_in_order(site: &Site, also_directory: bool) {
+    up(site);
     let before = pids(&site.status());
+    if also_directory {
+        std::fs::remove_dir_all(site.directory().path()).expect("it is ours");
+    }
     let memory = rc_iceoryx2::leftovers(&site.directory()).into_iter();
     let memory: Vec<_> = memory.filter(|path| path.starts_with("/dev/shm")).collect();
     assert!(!memory.is_empty());
