@@ -209,7 +209,7 @@ fn unfinished(guard: Option<i32>, is_stopped: bool) -> String {
 
 fn named(names: &[String]) -> String {
     if names.is_empty() {
-        "; no network is up".to_owned()
+        format!("; {}", crate::place::none_is_up())
     } else {
         format!("; these networks are up: {}", names.join(", "))
     }

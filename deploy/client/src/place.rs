@@ -1,9 +1,11 @@
 //! Where a running network has its run directory. The environment of its supervisor has chosen that,
 //! and may differ from the one of this process.
 
+use rc_diagnostics::foreign::clean;
 use rc_management::Client;
 use rc_management::supervisor::{self, NetworkStatus, Request};
-use rc_middleware::RunDirectory;
+use rc_middleware::{RunDirectory, user_name};
+use std::collections::BTreeSet;
 use std::io;
 use std::time::Duration;
 
@@ -50,16 +52,37 @@ pub(crate) fn is_absent(error: &io::Error) -> bool {
 
 /// The networks of this user whose supervisors listen at an abstract socket.
 pub(crate) fn networks() -> Vec<String> {
+    let own = rustix::process::getuid().as_raw();
+    let all = supervised().into_iter();
+    all.filter_map(|(user, name)| (user == own).then_some(name))
+        .collect()
+}
+
+/// The networks of all users whose supervisors listen at an abstract socket, each with its user.
+fn supervised() -> BTreeSet<(u32, String)> {
     // proc_net(5): the last column is the path, with `@` for an abstract one.
     let sockets = std::fs::read_to_string("/proc/net/unix").unwrap_or_default();
-    let start = supervisor::abstract_name("");
-    let start = format!("@{}", String::from_utf8_lossy(&start));
-    let mut names: Vec<String> = sockets
+    let names = sockets
         .lines()
-        .filter_map(|line| line.split_ascii_whitespace().last()?.strip_prefix(&start))
-        .map(str::to_owned)
-        .collect();
-    names.sort();
-    names.dedup();
+        .filter_map(|line| line.split_ascii_whitespace().last());
     names
+        .filter_map(|name| supervisor::of_abstract_name(name.strip_prefix('@')?))
+        .collect()
+}
+
+/// That this user has no network, where they were looked for, and which networks other users have.
+pub fn none_is_up() -> String {
+    let own = rustix::process::getuid().as_raw();
+    let base = RunDirectory::of("");
+    let mut text = format!(
+        "no network is up: user {} has none in {} and no supervisor",
+        user_name(own),
+        base.path().display()
+    );
+    let others = supervised().into_iter().filter(|(user, _)| *user != own);
+    let others: Vec<String> = others
+        .map(|(user, name)| format!("; user {} has {}", user_name(user), clean(&name)))
+        .collect();
+    text.extend(others);
+    text
 }

@@ -4,7 +4,7 @@ use super::networks::{running_here, running_networks};
 use super::output::Failure;
 use clap::Command;
 use rc_deploy_client::names::check_name;
-use rc_deploy_client::{logs, status};
+use rc_deploy_client::{logs, place, status};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -36,7 +36,7 @@ pub(super) fn with_network(
     };
     match (networks.as_slice(), first) {
         ([one], None) => Ok(with(one)),
-        ([], None) => Err(Failure(3, "no network is up".to_owned())),
+        ([], None) => Err(Failure(3, place::none_is_up())),
         (many, None) => Err(Failure(
             2,
             format!("several networks run: {}; name one", many.join(", ")),

@@ -2,7 +2,7 @@
 
 use super::output::{Failure, print_findings, system};
 use rc_deploy_client::error::Error;
-use rc_deploy_client::{by_hand, connection, logs, status};
+use rc_deploy_client::{by_hand, connection, logs, place, status};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use std::path::Path;
 
@@ -49,7 +49,7 @@ fn named(argument: Option<String>) -> Result<String, Failure> {
     }
     match connection::networks().as_slice() {
         [one] => Ok(one.clone()),
-        [] => Err(Failure(3, "no network is up".to_owned())),
+        [] => Err(Failure(3, place::none_is_up())),
         many => Err(Failure(
             2,
             format!("several networks are up: {}; name one", many.join(", ")),

@@ -23,6 +23,12 @@ pub fn abstract_name(network: &str) -> Vec<u8> {
     format!("robocomp/{uid}/{network}").into_bytes()
 }
 
+/// The user and the network of the name of a supervisor's abstract socket. `None` for other names.
+pub fn of_abstract_name(name: &str) -> Option<(u32, String)> {
+    let (user, network) = name.strip_prefix("robocomp/")?.split_once('/')?;
+    Some((user.parse().ok()?, network.to_owned()))
+}
+
 /// A request to a supervisor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
