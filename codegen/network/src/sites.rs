@@ -129,7 +129,14 @@ fn find(processor: Processor, root: &Path) -> Result<CrossTool, Vec<String>> {
     let platform = processor.platform();
     let mut missing = Vec::new();
     if !has_standard_library(platform, root) {
-        missing.push(format!("`rustup target add {platform}`"));
+        missing.push(if in_path("rustup") {
+            format!("`rustup target add {platform}`")
+        } else {
+            let name = processor.to_string();
+            format!(
+                "`rustup target add {platform}` (with the Rust of Debian: `dpkg --add-architecture {name} && apt update && apt install libstd-rust-dev:{name}`)"
+            )
+        });
     }
     let tool = if workspaces::linker(root, platform) {
         Some(CrossTool::Configured)
