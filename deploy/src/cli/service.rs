@@ -4,7 +4,7 @@ use super::arguments::Input;
 use super::description::load;
 use super::export;
 use super::output::{Failure, print_data, print_line, print_note, system};
-use crate::doctor::{Grade, Machine};
+use crate::doctor::{Logout, Machine};
 use crate::process::machine;
 use crate::supervisor::detach::stop_limit;
 use rc_deploy_client::connection;
@@ -72,15 +72,14 @@ impl Manager {
         })
     }
 
-    /// Says whether a logout would remove the memory of the network, and prevents that if the user
-    /// may.
+    /// Lets the user linger, so that the memory of the network stays at a logout, or says how.
     fn linger(&self) {
         let user = self.user.as_ref().map(|(_, number)| *number);
-        let Some((found, fix)) = logout(user) else {
+        let Some((found, fix)) = logout(user).and_then(|logout| logout.ends_service()) else {
             return;
         };
         let words: Vec<&str> = fix.split(' ').skip(1).collect();
-        if self.user.is_none() && run("loginctl", &words).is_ok() {
+        if run("loginctl", &words).is_ok() {
             print_line(format_args!("{fix}"));
         } else {
             print_note(&format_args!("{found}; prevent it with `sudo {fix}`"));
@@ -88,16 +87,15 @@ impl Manager {
     }
 }
 
-/// Finding about resources that a logout of a user removes, and its fix. `None` if it removes nothing.
-pub(super) fn logout(user: Option<u32>) -> Option<(String, String)> {
+/// What the logout of a user does, or that of this one. `None` if it does nothing.
+pub(super) fn logout(user: Option<u32>) -> Option<Logout> {
     let machine = Machine {
         root: "/".into(),
-        variable: &|_| None,
+        variable: &|name| std::env::var(name).ok(),
         user: user.unwrap_or_else(|| rustix::process::getuid().as_raw()),
         folder: PathBuf::new(),
     };
-    let finding = machine.logout();
-    (finding.grade != Grade::Ok).then(|| (finding.found, finding.fix.unwrap_or_default()))
+    machine.logout().ok()
 }
 
 /// Runs a program. An error has its last line.
@@ -124,17 +122,14 @@ fn unit(input: &Input, manager: &Manager) -> Result<(Network, Export), Failure> 
     let mut command = vec![own.to_string_lossy().into_owned()];
     command.extend(["up", "--plain"].map(str::to_owned));
     command.extend(input.words().map_err(|e| system(&e))?);
-    let folder = network.path.parent().unwrap_or(&network.path);
-    let folder = std::path::absolute(folder).map_err(|e| system(&e))?;
+    let path = std::path::absolute(&network.path).map_err(|e| system(&e))?;
+    let folder = path.parent().unwrap_or(&path);
     // systemd has no quotes for a folder, and joins a line that ends with a backslash with the next one.
     let is_line = |path: &Path| {
         let text = path.to_str();
         text.is_some_and(|text| !text.contains(char::is_control) && !text.ends_with('\\'))
     };
-    if let Some(path) = [&*folder, &*network.path]
-        .into_iter()
-        .find(|path| !is_line(path))
-    {
+    if let Some(path) = [folder, &path].into_iter().find(|path| !is_line(path)) {
         let path = rc_diagnostics::foreign::clean(&path.to_string_lossy());
         let message = format!(
             "`{path}`: a unit of systemd only holds paths in UTF-8 without control characters, and without a backslash at the end; rename it"
@@ -150,7 +145,7 @@ fn unit(input: &Input, manager: &Manager) -> Result<(Network, Export), Failure> 
             .unwrap_or_default()
             .to_string_lossy(),
         command: &command,
-        directory: &folder,
+        directory: folder,
         user: manager.user.as_ref().map(|(name, _)| name.as_str()),
         stop: stop_limit(&plan),
         priority: priorities.max().flatten(),

@@ -8,7 +8,7 @@ use super::debugging::Debugging;
 use super::description::{generate_stale, load};
 use super::output::{Failure, print_line, print_note, system};
 use super::service::logout;
-use crate::doctor::processor;
+use crate::doctor::{Logout, processor};
 use crate::guard::services;
 use crate::process::identity::{Identity, Mark};
 use crate::process::machine;
@@ -94,7 +94,17 @@ pub(super) fn up(
         .map(|component| component.name.as_str());
     check_sockets(&directory, names.chain(["rcdeploy"]))?;
     if detach {
-        let mut command = Process::new(own_program().map_err(|e| system(&e))?);
+        let logout = logout(None);
+        let own = own_program().map_err(|e| system(&e))?;
+        let mut command = if logout.as_ref().is_some_and(Logout::needs_scope) {
+            // It becomes the supervisor, in a scope of the user's manager.
+            let mut command = Process::new("systemd-run");
+            command.args(["--user", "--scope", "--quiet", "--collect", "--"]);
+            command.arg(own);
+            command
+        } else {
+            Process::new(own)
+        };
         let words = in_background(TOOL.command::<Cli>(), std::env::args_os());
         command.args(words.map_err(|e| system(&e))?);
         let outcome = crate::detach(&plan, command);
@@ -107,7 +117,7 @@ pub(super) fn up(
         ));
         // sshd sets this variable.
         if std::env::var_os("SSH_CONNECTION").is_some()
-            && let Some((found, fix)) = logout(None)
+            && let Some((found, fix)) = logout.and_then(|logout| logout.ends())
         {
             print_note(&format_args!("{found}; prevent it with `{fix}`"));
         }

@@ -33,7 +33,7 @@ impl Machine<'_> {
     pub(crate) fn examine(&self) -> Vec<Finding> {
         let checks: [fn(&Self) -> Finding; 13] = [
             Self::shared_memory,
-            Self::logout,
+            Self::logout_finding,
             Self::watches,
             Self::real_time,
             Self::disk,
@@ -86,29 +86,6 @@ impl Machine<'_> {
             "remove the files of programs that have ended: ls -l /dev/shm"
         };
         Finding::warning(CHECK, found, fix)
-    }
-
-    /// At the last logout of a user, systemd removes the shared memory and the run directory of the
-    /// user (`RemoveIPC=` of logind.conf(5)), unless the user lingers.
-    pub(crate) fn logout(&self) -> Finding {
-        const CHECK: &str = "logout";
-        if !self.path("/run/systemd/system").is_dir() {
-            return Finding::ok(CHECK, "no systemd here: a logout removes nothing");
-        }
-        // Users of the system, and root, are left alone.
-        if self.user < 1000 {
-            return Finding::ok(CHECK, "systemd leaves users of the system alone");
-        }
-        let name = rc_middleware::user_name(self.user);
-        let name = name.split(' ').next().unwrap_or_default();
-        if self.path("/var/lib/systemd/linger").join(name).exists() {
-            return Finding::ok(CHECK, format!("{name} lingers: networks outlive a logout"));
-        }
-        let found = format!(
-            "systemd removes the shared memory and the run directory of {name} at logout: \
-             `up --detach` over ssh dies then"
-        );
-        Finding::warning(CHECK, found, format!("loginctl enable-linger {name}"))
     }
 
     fn watches(&self) -> Finding {
@@ -197,12 +174,22 @@ impl Machine<'_> {
             let found = "there is no cmake in the PATH, which components in C++ need";
             return Finding::warning(CHECK, found, fix);
         };
-        if self.said("c++", &["--version"]).is_none() {
+        let Some(compiler) = self.said("c++", &["--version"]) else {
             let found = "there is no compiler `c++` in the PATH, which components in C++ need";
             return Finding::warning(CHECK, found, fix);
+        };
+        let [cmake, compiler] =
+            [&said, &compiler].map(|said| said.lines().next().unwrap_or_default());
+        let needed = if compiler.contains("clang") { "7" } else { "8" };
+        for (found, needed) in [(cmake, "3.16"), (compiler, needed)] {
+            let version = found.split(' ').next_back().unwrap_or_default();
+            if is_older(version, needed) {
+                let found =
+                    format!("`{found}` is older than {needed}, which components in C++ need");
+                return Finding::warning(CHECK, found, fix);
+            }
         }
-        let version = said.lines().next().unwrap_or_default();
-        Finding::ok(CHECK, format!("{version} and c++ are there"))
+        Finding::ok(CHECK, format!("{cmake} and {compiler} are there"))
     }
 
     fn python(&self) -> Finding {
@@ -335,7 +322,7 @@ impl Machine<'_> {
     }
 
     /// The output of a program of the PATH, if it succeeds.
-    fn said(&self, program: &str, arguments: &[&str]) -> Option<String> {
+    pub(super) fn said(&self, program: &str, arguments: &[&str]) -> Option<String> {
         let mut command = Command::new(program);
         command
             .args(arguments)
@@ -429,28 +416,6 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_logout_removes_memory_unless_the_user_lingers() {
-        let linger = "var/lib/systemd/linger/4000000";
-        with(&[("run/systemd/system/", "")], &[], |machine| {
-            is(
-                &machine.logout(),
-                Grade::Warning,
-                "loginctl enable-linger 4000000",
-            );
-        });
-        with(
-            &[("run/systemd/system/", ""), (linger, "")],
-            &[],
-            |machine| {
-                is(&machine.logout(), Grade::Ok, "lingers");
-            },
-        );
-        with(&[], &[], |machine| {
-            is(&machine.logout(), Grade::Ok, "no systemd");
-        });
-    }
-
-    #[test]
     fn missing_and_small_things_are_named() {
         with(&[], &[("PATH", "/nowhere")], |machine| {
             is(&machine.shared_memory(), Grade::Error, "there is no ");
@@ -512,12 +477,19 @@ pub(super) mod tests {
 
     #[test]
     fn what_a_component_in_cpp_needs_is_named() {
-        let program = "#!/bin/sh\necho tool 3.31\n";
+        let program = "#!/bin/sh\necho tool 31.3\n";
+        let old = "#!/bin/sh\necho 'x++ (Debian 7.5.0-3) 7.5.0'\n";
+        let clang = "#!/bin/sh\necho Debian clang version 7.0.1-8\n";
         with(
-            &[("bin/cmake", program), ("more/c++", program)],
+            &[
+                ("bin/cmake", program),
+                ("more/c++", program),
+                ("old/c++", old),
+                ("clang/c++", clang),
+            ],
             &[],
             |machine| {
-                for path in ["/bin/cmake", "/more/c++"] {
+                for path in ["/bin/cmake", "/more/c++", "/old/c++", "/clang/c++"] {
                     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
                     std::fs::set_permissions(machine.path(path), mode).expect("to set");
                 }
@@ -538,7 +510,9 @@ pub(super) mod tests {
                 };
                 is(&looks(&["/none"]), Grade::Warning, "there is no cmake");
                 is(&looks(&["/bin"]), Grade::Warning, "no compiler `c++`");
-                is(&looks(&["/bin", "/more"]), Grade::Ok, "tool 3.31 and c++");
+                is(&looks(&["/bin", "/more"]), Grade::Ok, "tool 31.3 and tool");
+                is(&looks(&["/bin", "/old"]), Grade::Warning, "older than 8");
+                is(&looks(&["/bin", "/clang"]), Grade::Ok, "7.0.1-8");
             },
         );
     }

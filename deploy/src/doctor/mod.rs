@@ -3,10 +3,12 @@
 //! The checks read files and ask the system. They change nothing and need no rights.
 
 mod hosts;
+mod logout;
 mod machine;
 mod network;
 
 pub(crate) use hosts::{of_host, processor};
+pub(crate) use logout::Logout;
 pub(crate) use machine::Machine;
 
 use serde::Serialize;
