@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 35] = [
+const NO_CODES: [&str; 37] = [
     "a-b",
     "acc-compose",
     "arm-linux-gnueabihf",
@@ -21,6 +21,7 @@ const NO_CODES: [&str; 35] = [
     "default-run",
     "dev-dependencies",
     "geom-jacobian",
+    "get-property",
     "include-system-site-packages",
     "innermodel-viewer",
     "joint-acc-twist",
@@ -44,6 +45,7 @@ const NO_CODES: [&str; 35] = [
     "robocomp-host",
     "robocomp-network",
     "sweep-test",
+    "systemd-run",
     "target-dir",
     "vel-compose",
 ];

@@ -2,6 +2,7 @@
 
 mod bad;
 mod bench;
+mod boot;
 mod command_line;
 mod commands;
 mod descriptors;
