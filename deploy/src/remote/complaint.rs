@@ -42,7 +42,9 @@ impl Complaint {
     pub(crate) fn text(self) -> String {
         let _ = self.over.recv_timeout(SETTLE_LIMIT);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        clean_lines(&String::from_utf8_lossy(kept.make_contiguous()), KEPT)
+        let text = String::from_utf8_lossy(kept.make_contiguous());
+        // ssh ends its own lines as a terminal in raw mode needs it.
+        clean_lines(&text.replace("\r\n", "\n"), KEPT)
     }
 }
 
@@ -83,12 +85,12 @@ mod tests {
     #[test]
     fn a_process_that_holds_the_pipe_does_not_hold_the_text() {
         let (complaint, mut errors) = Complaint::new().expect("a pipe");
-        errors.write_all(b"refused").expect("written");
+        errors.write_all(b"gone\r\nrefused").expect("written");
         let kept = Arc::clone(&complaint.kept);
         while kept.lock().expect("no panic").is_empty() {
             std::thread::yield_now();
         }
-        assert_eq!(complaint.text(), "refused");
+        assert_eq!(complaint.text(), "gone\nrefused");
         drop(errors);
     }
 }
