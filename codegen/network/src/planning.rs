@@ -112,7 +112,9 @@ impl Network {
                 let named = project.map(|project| {
                     named_files(project, config.as_deref(), &self.parameters[at], from)
                 });
-                files.extend(named.into_iter().flatten());
+                // Their places on the host are those here, also for a network that is named from its folder.
+                let named = named.into_iter().flatten();
+                files.extend(named.map(|file| std::path::absolute(&file).unwrap_or(file)));
                 let all = copied.entry(plan::Host::from(host).name).or_default();
                 if let Some((more, environment)) = self.programs.python_copies(at, profile, all)? {
                     files.extend(more);
