@@ -97,8 +97,9 @@ fn check_path(folder: &Path) -> Result<(), Error> {
     {
         return Ok(());
     }
+    let shown = folder.to_string_lossy();
     Err(Error::Workspace(format!(
-        "cmake cannot build in a folder whose path has a `;` or a line feed: {folder:?}"
+        "cmake cannot build in a folder whose path has a `;` or a line feed: {shown:?}"
     )))
 }
 
