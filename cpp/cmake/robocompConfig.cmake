@@ -28,6 +28,8 @@ if(NOT ROBOCOMP_LIBRARY)
   return()
 endif()
 
+# `cargo run` and `cargo test` name their target folder in LD_LIBRARY_PATH. A program has the library that it
+# was built with all the same: a search path of the old kind (DT_RPATH) comes before this variable.
 if(NOT TARGET robocomp::robocomp)
   add_library(robocomp::robocomp SHARED IMPORTED)
   set_target_properties(robocomp::robocomp PROPERTIES
@@ -35,6 +37,7 @@ if(NOT TARGET robocomp::robocomp)
     IMPORTED_NO_SONAME TRUE
     INTERFACE_INCLUDE_DIRECTORIES "${_robocomp_folder}/include"
     INTERFACE_COMPILE_FEATURES cxx_std_17
+    INTERFACE_LINK_OPTIONS "LINKER:--disable-new-dtags"
     INTERFACE_LINK_LIBRARIES "${CMAKE_DL_LIBS}")
 endif()
 

@@ -83,9 +83,11 @@ fn it_runs_where_it_is_installed(site: &Site) {
     let installed = site.run(rcgen);
     assert_eq!(installed.code, 0, "{installed:?}");
     let program = prefix.join("components/avoider_cpp/bin/avoider_cpp");
-    // Cargo has its target folder in this variable, which comes before all others.
+    // As cargo sets it: its target folder has the library, too, and perhaps of another profile.
+    let built = Path::new(env!("CARGO_BIN_EXE_rcdeploy")).parent();
     let mut ldd = Command::new("ldd");
-    ldd.arg(&program).env_remove("LD_LIBRARY_PATH");
+    ldd.arg(&program)
+        .env("LD_LIBRARY_PATH", built.expect("a folder"));
     let linked = site.run(ldd).stdout;
     let library = linked.lines().find(|line| line.contains("librobocomp_cpp"));
     let library = library
