@@ -41,7 +41,7 @@ pub(super) fn image(
     let context = common_folder(&all);
     let command = format!(
         "docker build -f FOLDER/{file} -t {name} {}",
-        context.display()
+        shell::word(context.to_str()?)
     );
     let mut text = format!(
         "# {}\n# Build it after the programs: `{command}`, where FOLDER is the folder of this file.\n# The C library of BASE must not be older than that of the machine that built the programs:\n# `--build-arg BASE=ubuntu:24.04`.\nARG BASE=debian:stable-slim\nFROM ${{BASE}}\n",

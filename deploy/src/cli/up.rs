@@ -12,7 +12,7 @@ use crate::doctor::{Logout, processor};
 use crate::guard::services;
 use crate::process::identity::{Identity, Mark};
 use crate::process::machine;
-use crate::process::own_program::own_program;
+use crate::process::own_program::{own_program, own_program_of_this_process};
 use crate::{Options, Service, remote};
 use rc_ddsl::model::Processor;
 use rc_deploy_client::error::print_error;
@@ -95,15 +95,15 @@ pub(super) fn up(
     check_sockets(&directory, names.chain(["rcdeploy"]))?;
     if detach {
         let logout = logout(None);
-        let own = own_program().map_err(|e| system(&e))?;
         let mut command = if logout.as_ref().is_some_and(Logout::needs_scope) {
+            let own = own_program_of_this_process().map_err(|e| system(&e))?;
             // It becomes the supervisor, in a scope of the user's manager.
             let mut command = Process::new("systemd-run");
             command.args(["--user", "--scope", "--quiet", "--collect", "--"]);
             command.arg(own);
             command
         } else {
-            Process::new(own)
+            Process::new(own_program().map_err(|e| system(&e))?)
         };
         let words = in_background(TOOL.command::<Cli>(), std::env::args_os());
         command.args(words.map_err(|e| system(&e))?);
@@ -117,9 +117,9 @@ pub(super) fn up(
         ));
         // sshd sets this variable.
         if std::env::var_os("SSH_CONNECTION").is_some()
-            && let Some((found, fix)) = logout.and_then(|logout| logout.ends())
+            && let Some((found, advice)) = logout.and_then(|logout| logout.ends())
         {
-            print_note(&format_args!("{found}; prevent it with `{fix}`"));
+            print_note(&format_args!("{found}; {advice}"));
         }
         return Ok(outcome.exit_code());
     }

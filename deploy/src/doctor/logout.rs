@@ -34,13 +34,15 @@ impl Logout {
             return None;
         }
         if self.in_login && self.lingers {
-            let fix = "log in by ssh, whose login has a manager of systemd".to_owned();
-            return Some((self.found(), fix));
+            let advice = "to prevent it, start it where `systemctl --user` works".to_owned();
+            return Some((self.found(), advice));
         }
-        (!self.lingers).then(|| (self.found(), self.fix()))
+        let advice = || format!("prevent it with `{}`", self.fix());
+        (!self.lingers).then(|| (self.found(), advice()))
     }
 
-    /// What happens to a service of systemd, or to one that runs as the user, and how to prevent it.
+    /// What happens to a service of systemd, or to one that runs as the user, and the command that prevents
+    /// it.
     pub(crate) fn ends_service(&self) -> Option<(String, String)> {
         (!self.lingers).then(|| (self.found(), self.fix()))
     }
@@ -48,8 +50,13 @@ impl Logout {
     fn found(&self) -> String {
         let user = &self.user;
         if self.kills {
+            let also = if self.lingers {
+                String::new()
+            } else {
+                format!(", and removes the shared memory of {user}")
+            };
             format!(
-                "when {user} logs out, systemd ends the networks that were started in the login, and removes the shared memory of {user}"
+                "when {user} logs out, systemd ends the networks that were started in the login{also}"
             )
         } else {
             format!(
@@ -169,8 +176,8 @@ mod tests {
         let other = "0::/user.slice/user-0.slice/session-3.scope\n";
         let service = "0::/user.slice/user-4000000.slice/user@4000000.service/app.slice\n";
         let manager = ("run/user/4000000/systemd/private", "");
-        let advice = |logout: &Logout| logout.ends().map(|(_, fix)| fix);
-        let linger = Some("loginctl enable-linger 4000000".to_owned());
+        let advice = |logout: &Logout| logout.ends().map(|(_, advice)| advice);
+        let linger = Some("prevent it with `loginctl enable-linger 4000000`".to_owned());
 
         // The processes keep their login open.
         let kept = logout("false", login, &[manager]);
@@ -185,7 +192,8 @@ mod tests {
         assert_eq!((leaves.needs_scope(), advice(&leaves)), (true, None));
         let stays = logout("true", login, &[LINGER]);
         assert!(!stays.needs_scope());
-        assert!(advice(&stays).expect("advice").starts_with("log in by ssh"));
+        let (found, advice_there) = stays.ends().expect("it ends");
+        assert!(!found.contains("memory") && !advice_there.contains("linger"));
         // Without a login of the user, only lingering keeps the memory.
         for groups in [other, service] {
             let lost = logout("false", groups, &[manager]);

@@ -182,8 +182,7 @@ impl Machine<'_> {
             [&said, &compiler].map(|said| said.lines().next().unwrap_or_default());
         let needed = if compiler.contains("clang") { "7" } else { "8" };
         for (found, needed) in [(cmake, "3.16"), (compiler, needed)] {
-            let version = found.split(' ').next_back().unwrap_or_default();
-            if is_older(version, needed) {
+            if version_in(found).is_some_and(|version| is_older(version, needed)) {
                 let found =
                     format!("`{found}` is older than {needed}, which components in C++ need");
                 return Finding::warning(CHECK, found, fix);
@@ -352,6 +351,17 @@ fn heard() -> io::Result<()> {
     mouth.send_to(b"rcdeploy doctor", (GROUP, ears.local_addr()?.port()))?;
     let mut datagram = [0; 64];
     ears.recv_from(&mut datagram).map(|_| ())
+}
+
+/// The version that a program prints. Its packager may have added others in parentheses.
+fn version_in(line: &str) -> Option<&str> {
+    let mut depth = 0_usize;
+    line.split(' ').find(|word| {
+        let is_version = depth == 0 && word.starts_with(|c: char| c.is_ascii_digit());
+        depth += word.matches('(').count();
+        depth = depth.saturating_sub(word.matches(')').count());
+        is_version
+    })
 }
 
 /// Whether a version, as in `1.94.0-nightly`, is older than another.
@@ -555,6 +565,19 @@ pub(super) mod tests {
             let able = ["eth0", "lo", "down0", "none"].map(|n| machine.is_for_multicast(n));
             assert_eq!(able, [true, false, false, false]);
         });
+        for (line, version) in [
+            ("cmake version 3.22.1-g37088a8", Some("3.22.1-g37088a8")),
+            ("c++ (Debian 12.2.0-14) 12.2.0", Some("12.2.0")),
+            ("c++ (GCC) 7.3.1 20180303 (Red Hat 7.3.1-5)", Some("7.3.1")),
+            ("c++ (crosstool-NG 1.25.0) 10.2.0", Some("10.2.0")),
+            (
+                "clang version 15.0.7 (https://github.com/llvm/llvm-project.git 8dfdcc7b)",
+                Some("15.0.7"),
+            ),
+            ("a compiler", None),
+        ] {
+            assert_eq!(version_in(line), version);
+        }
         assert!(is_older("1.94.1", "1.95"));
         assert!(!is_older("1.95.0-nightly", "1.95"));
         assert!(!is_older("2.0.0", "1.95"));

@@ -187,7 +187,8 @@ impl NetworkGuard {
             for component in guard.take_removed() {
                 self.ended.remove(&component);
             }
-            if guard.has_looked() {
+            // Components that restart because memory is missing keep it until they have ended.
+            if guard.has_looked() && !self.is_renewed {
                 guard.fail("it shares the lock in a folder that was removed");
             }
         }

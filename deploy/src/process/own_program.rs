@@ -22,3 +22,36 @@ pub(crate) fn own_program() -> io::Result<PathBuf> {
         Path::new(OWN).to_path_buf()
     })
 }
+
+/// [`own_program`] for another program that starts it: [`OWN`] would be that program. It is valid as
+/// long as this process lives.
+///
+/// # Errors
+/// The system does not name this program.
+pub(crate) fn own_program_of_this_process() -> io::Result<PathBuf> {
+    own_program().map(of_this_process)
+}
+
+fn of_this_process(path: PathBuf) -> PathBuf {
+    if path == Path::new(OWN) {
+        return format!("/proc/{}/exe", std::process::id()).into();
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    #[test]
+    fn another_program_finds_this_one() {
+        let here = PathBuf::from("/opt/rcdeploy");
+        assert_eq!(of_this_process(here.clone()), here);
+        let own = of_this_process(OWN.into());
+        let read = Command::new("readlink").arg(own).output();
+        let read = String::from_utf8(read.expect("readlink").stdout).expect("a path");
+        let this = std::env::current_exe().expect("this program");
+        assert_eq!(read.trim_end(), this.display().to_string());
+    }
+}

@@ -42,10 +42,15 @@ impl Complaint {
     pub(crate) fn text(self) -> String {
         let _ = self.over.recv_timeout(SETTLE_LIMIT);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let text = String::from_utf8_lossy(kept.make_contiguous());
-        // ssh ends its own lines as a terminal in raw mode needs it.
-        clean_lines(&text.replace("\r\n", "\n"), KEPT)
+        shown(kept.make_contiguous(), KEPT)
     }
+}
+
+/// What ssh has printed, as a message shows it: at most so many characters.
+pub(super) fn shown(printed: &[u8], most: usize) -> String {
+    // ssh ends its own lines as a terminal in raw mode needs it.
+    let text = String::from_utf8_lossy(printed).replace("\r\n", "\n");
+    clean_lines(&text, most)
 }
 
 fn keep(mut reader: PipeReader, kept: &Mutex<VecDeque<u8>>) {

@@ -1,6 +1,7 @@
 //! Another machine, as the supervisor sees it: connection, loss of the connection, reconnection.
 
 use super::SupervisorMessage;
+use super::complaint;
 use super::connection::{AgentProgram, AgentReady, Setup, SetupThread, described};
 use super::copies::mirrored;
 use super::remote_process::Outbox;
@@ -10,7 +11,6 @@ use crate::process::identity::{Mark, first_readable, kill_group};
 use crate::process::own_program::OWN;
 use rc_deploy_network::plan::Restart;
 use rc_deploy_network::plan::{self, Component};
-use rc_diagnostics::foreign::clean_lines;
 use rc_management::agent::{AgentMessage, LONGEST};
 use rc_management::lines::{Line, Lines, Overlong};
 use rustix::event::PollFlags;
@@ -469,8 +469,7 @@ impl Host {
         let log = fs::read(&self.log).unwrap_or_default();
         let start = usize::try_from(self.complaints).unwrap_or(0).min(log.len());
         let start = start.max(log.len().saturating_sub(COMPLAINT));
-        let complaint = String::from_utf8_lossy(&log[start..]);
-        let complaint = clean_lines(&complaint, COMPLAINT);
+        let complaint = complaint::shown(&log[start..], COMPLAINT);
         ssh::explain(&self.plan, noticed, &complaint)
     }
 
