@@ -16,6 +16,7 @@ use rc_quantity::rotation::EulerOrder;
 use rc_robot::{Grounding, Robot, State};
 use rc_world::{Message, Rights};
 use rc_world_member::{Driver, Interface, place};
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,6 +46,18 @@ pub(crate) struct World {
     wanted: Option<Vec<f64>>,
     /// The last refusal, so that it is said once.
     refused: String,
+    written: Written,
+}
+
+/// What this component has written.
+#[derive(Default)]
+struct Written {
+    /// The last poses of links.
+    poses: HashMap<usize, Value>,
+    /// A link that another component has moved since.
+    foreign: Option<usize>,
+    /// Whether that was said.
+    is_said: bool,
 }
 
 /// A schema, and its files with their texts.
@@ -111,6 +124,7 @@ impl World {
             robot: grounding.of(robot),
             wanted: Some(now.to_vec()),
             refused: String::new(),
+            written: Written::default(),
         }))
     }
 
@@ -133,13 +147,25 @@ impl World {
             return;
         };
         let state = State::still(positions);
-        let robot = &self.robot;
+        let (robot, written) = (&self.robot, &mut self.written);
         let changed = self.driver.change(|edit| {
             for frame in frames {
-                write(edit, robot, frame, &state)?;
+                write(edit, robot, frame, &state, written)?;
             }
             Ok(())
         });
+        if changed.is_err() {
+            // The world has none of them.
+            written.poses.clear();
+        }
+        if let Some(link) = written.foreign.filter(|_| !written.is_said) {
+            written.is_said = true;
+            warn!(
+                "another component moves the frame `{}`, too: if its robot has the same links, name each robot by \
+                `import \"FILE.urdf\" as NAME` in a `.kdsl`",
+                robot.bodies[link].name
+            );
+        }
         let refused = changed
             .err()
             .map_or(String::new(), |error| error.to_string());
@@ -192,7 +218,13 @@ fn node(edit: &mut Edit, name: &str) -> Result<NodeId, Error> {
 }
 
 /// Writes where a link is in the one above it. A link that another component has put somewhere else stays there.
-fn write(edit: &mut Edit, robot: &Robot, frame: &Frame, state: &State<f64>) -> Result<(), Error> {
+fn write(
+    edit: &mut Edit,
+    robot: &Robot,
+    frame: &Frame,
+    state: &State<f64>,
+    written: &mut Written,
+) -> Result<(), Error> {
     let Some(chain) = robot.chain(frame.above, frame.link) else {
         return Ok(());
     };
@@ -207,13 +239,21 @@ fn write(edit: &mut Edit, robot: &Robot, frame: &Frame, state: &State<f64>) -> R
     let known = known.map(|edge| (edge.edge_id(), edge.from()));
     let edge = match known {
         Some((edge, parent)) if parent == above => {
-            if world.get(edge, POSE) == Some(&pose) {
+            let shown = world.get(edge, POSE);
+            let last = written.poses.insert(frame.link, pose.clone());
+            if last.is_some() && last.as_ref() != shown {
+                written.foreign.get_or_insert(frame.link);
+            }
+            if shown == Some(&pose) {
                 return Ok(());
             }
             edge
         }
         Some(_) => return Ok(()),
-        None => edit.add_edge(RT, above, own)?,
+        None => {
+            written.poses.insert(frame.link, pose.clone());
+            edit.add_edge(RT, above, own)?
+        }
     };
     edit.set(edge, POSE, pose)
 }
@@ -230,4 +270,45 @@ fn send(
     topic.map_or(Ok(()), |topic| {
         topic.publish_with(|writer| message.encode(writer))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Frame, Written, write};
+    use property_graph::{Graph, Time, Value};
+    use rc_robot::State;
+    use std::path::Path;
+
+    /// Two components that move one frame are told apart from one that moves it alone.
+    #[test]
+    fn a_frame_that_another_component_moves_is_noticed() {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let robot = crate::robot::read(&here.join("../../kinematics/examples/arm.urdf"));
+        let robot = robot.expect("a robot").robot;
+        let chain = |link: usize| robot.bodies[link].joint.as_ref();
+        let (link, above) = (0..robot.bodies.len())
+            .find_map(|link| Some((link, chain(link)?.parent)))
+            .expect("a joint");
+        let frame = Frame { link, above };
+        let schema = graph_language::builtin("geometry.gdsl").expect("a domain");
+        let graph = Graph::new(schema.into(), 1);
+        let mut written = Written::default();
+        let mut put = |position: f64| {
+            let state = State::still(vec![position; robot.coordinates.len()]);
+            let put = graph.change(Time::ZERO, |edit| {
+                write(edit, &robot, &frame, &state, &mut written)
+            });
+            put.expect("a frame");
+            written.foreign
+        };
+        for position in [0.1, 0.2, 0.2, 0.3] {
+            assert_eq!(put(position), None);
+        }
+        let moved = graph.change(Time::ZERO, |edit| {
+            let edge = edit.snapshot().edges().next().expect("an edge").edge_id();
+            edit.set(edge, "pose", Value::from([9.0; 6].as_slice()))
+        });
+        moved.expect("a pose");
+        assert_eq!(put(0.4), Some(link));
+    }
 }

@@ -194,9 +194,8 @@ fn frames_wait_for_the_start_of_a_world_that_has_a_file() {
     }
 }
 
-/// The poses of a moving link are sent when they change, not with the next announcement of the replica.
-#[test]
-fn a_link_that_moves_is_in_the_world_at_once() {
+/// A worker in a world of its own that has joined, and one of its joints.
+fn joined() -> (SpecificWorker, TestContext, String) {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut test = TestContext::configured().expect("a configuration");
     test.params.robot = here.join("../../kinematics/examples/six.urdf");
@@ -206,16 +205,50 @@ fn a_link_that_moves_is_in_the_world_at_once() {
     ran.expect("it goes on");
     let joint = worker.get_joints(&mut test).swap_remove(0).name;
     test.world_stream.take_samples();
-    for step in 1..=5 {
-        let state = JointState {
-            name: vec![joint.clone()],
-            position: vec![0.1 * f64::from(step)],
-            ..JointState::default()
-        };
-        worker.joint_states(&mut test, state);
-        let ran = test.run(&mut worker, Duration::from_millis(200));
-        ran.expect("it goes on");
+    (worker, test, joint)
+}
+
+/// A joint moves, and the time goes on.
+fn step(
+    (worker, test): (&mut SpecificWorker, &mut TestContext),
+    joint: &str,
+    position: f64,
+    pause: Duration,
+) {
+    let state = JointState {
+        name: vec![joint.to_owned()],
+        position: vec![position],
+        ..JointState::default()
+    };
+    worker.joint_states(test, state);
+    test.run(worker, pause).expect("it goes on");
+}
+
+/// The poses of a moving link are sent when they change, not with the next announcement of the replica.
+#[test]
+fn a_link_that_moves_is_in_the_world_at_once() {
+    let (mut worker, mut test, joint) = joined();
+    for count in 1..=5 {
+        let pause = Duration::from_millis(200);
+        let position = 0.1 * f64::from(count);
+        step((&mut worker, &mut test), &joint, position, pause);
         let samples = test.world_stream.take_samples();
-        assert!(!samples.is_empty(), "step {step}");
+        assert!(!samples.is_empty(), "step {count}");
     }
+}
+
+/// They are sent once in 20 ms at most, however often they change, and the last one arrives.
+#[test]
+fn a_link_that_moves_ten_thousand_times_a_second_is_sent_fifty_times() {
+    let (mut worker, mut test, joint) = joined();
+    for count in 1..=2_000 {
+        let pause = Duration::from_micros(100);
+        let position = 1e-4 * f64::from(count);
+        step((&mut worker, &mut test), &joint, position, pause);
+    }
+    let count = test.world_stream.take_samples().len();
+    assert!((10..=11).contains(&count), "{count}");
+    let ran = test.run(&mut worker, Duration::from_millis(100));
+    ran.expect("it goes on");
+    assert_eq!(test.world_stream.take_samples().len(), 1);
 }

@@ -327,6 +327,25 @@ fn motors_move_joints_without_one() {
     }
 }
 
+/// Where crank and coupler are in one line, the rocker moves no crank: its efforts are great numbers, and those of the crank
+/// are as elsewhere.
+#[test]
+fn efforts_at_a_dead_centre_are_finite() {
+    let text = FOUR.replace("passive knee, swing", "passive turn, knee");
+    let [four, other] = [FOUR, &text].map(|text| cell(text, &[("bars.urdf", BARS)]));
+    let (go, crank, rocker) = (&four.solvers[3], &four.solvers[4], &other.solvers[4]);
+    let mut state = State::still(vec![-0.875_f64.acos(), 0.0, -0.25_f64.acos()]);
+    let errors = output(&four.solvers[1], "loop_errors", &state, &[0.0; 3]);
+    near(&errors, &[0.0; 3], 1e-12);
+    state.accelerations = output(go, "accelerations", &state, &[0.4, -0.2, 0.1]);
+    let efforts = output(crank, "efforts", &state, &[0.0; 3]);
+    let again = output(go, "accelerations", &state, &efforts);
+    near(&again, &state.accelerations, 1e-8);
+    let efforts = output(rocker, "efforts", &state, &[0.0; 3]);
+    assert!(efforts.iter().all(|one| one.is_finite()), "{efforts:?}");
+    assert!(efforts[2].abs() > 1e6, "{efforts:?}");
+}
+
 /// Two frames that are half a turn apart are not together: the sine of that angle is 0. Closed positions bring them
 /// there.
 #[test]
