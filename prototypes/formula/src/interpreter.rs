@@ -1,6 +1,8 @@
 //! Runs a formula without printed code and without allocation.
 
 mod steps;
+#[cfg(test)]
+mod tests;
 
 use crate::program::{Operand, Operation, Program, Rejected};
 use rc_quantity::Real;

@@ -312,15 +312,23 @@ fn in_order(mut steps: Vec<Option<Step>>) -> (Vec<Step>, Vec<(Kind, usize)>) {
         heights[*at] = above.max().unwrap_or_default() + own;
     }
     let mut by_kind: [Vec<usize>; KINDS] = Default::default();
+    // The greatest height of each kind. Steps that wait are not looked at again for each run.
+    let mut highest = [0_usize; KINDS];
     let (mut out, mut runs) = (Vec::with_capacity(order.len()), Vec::new());
     loop {
-        for at in ready.drain(..) {
-            if let Some(step) = &steps[at] {
-                by_kind[step.kind as usize].push(at);
+        for (highest, all) in highest.iter_mut().zip(&by_kind) {
+            if all.is_empty() {
+                *highest = 0;
             }
         }
-        let height = |all: &Vec<usize>| all.iter().map(|at| heights[*at]).max();
-        let next = (0..KINDS).max_by_key(|kind| (height(&by_kind[*kind]), by_kind[*kind].len()));
+        for at in ready.drain(..) {
+            if let Some(step) = &steps[at] {
+                let kind = step.kind as usize;
+                highest[kind] = highest[kind].max(heights[at]);
+                by_kind[kind].push(at);
+            }
+        }
+        let next = (0..KINDS).max_by_key(|kind| (highest[*kind], by_kind[*kind].len()));
         let next = next.unwrap_or_default();
         let first = by_kind[next].first().and_then(|at| steps[*at].as_ref());
         let Some(mut kind) = first.map(|step| step.kind) else {
