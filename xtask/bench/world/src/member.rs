@@ -48,9 +48,9 @@ impl Role {
     pub(crate) fn as_topic(&self) -> Self {
         let mut topic = self.clone();
         topic.mode = Mode::Topic;
-        // The sample is sent without a request.
+        // The sample is sent without a request, and in time also by a process that starts late.
         if self.nodes > 1 && !self.receives {
-            topic.rate = 1;
+            topic.rate = 2;
         }
         topic
     }
