@@ -5,10 +5,10 @@
 const char rc_description[] = R"rc_json({
   "managed": false,
   "middleware": "iceoryx2",
-  "model": "8f487bbe0248a01e",
+  "model": "20e2f964300dbedb",
   "name": "ping_cpp",
   "parameters": null,
-  "period_ns": 1000000000,
+  "period_ns": 1000000,
   "simulates_time": false,
   "slots": [
     {"interface":"Echo","middleware":"iceoryx2","name":"Echo","operations":[{"name":"echo"}],"qos":{},"role":"requires","type_hash":"0dcda19f7bc6c682","type_name":"RcBench::Echo"},
@@ -26,6 +26,6 @@ namespace {
 
 // What tools read of the program without running it.
 [[gnu::used]] const char note[] =
-    "\x02rc-note\x03\x1e\x1f{\"component\":\"ping_cpp\",\"model\":\"8f487bbe0248a01e\",\"middleware\":\"iceoryx2\"}\0";
+    "\x02rc-note\x03\x1e\x1f{\"component\":\"ping_cpp\",\"model\":\"20e2f964300dbedb\",\"middleware\":\"iceoryx2\"}\0";
 
 }  // namespace

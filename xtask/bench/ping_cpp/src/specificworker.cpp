@@ -10,8 +10,8 @@ void SpecificWorker::compute() {
   const auto command = bench_protocol::next_command();
   if (!command) return ctx.stop("no more orders");
   times_.clear();
-  const std::vector<std::uint8_t> data(command->size, 7);
-  for (std::size_t number = 0; number < command->count; ++number) send(*command, data);
+  data_.resize(command->size, 7);
+  for (std::size_t number = 0; number < command->count; ++number) send(*command);
   if (command->kind != "query") {
     bench_protocol::pause(command->size);
     ctx.sample.sample(0, {});
@@ -19,22 +19,22 @@ void SpecificWorker::compute() {
   bench_protocol::report(times_);
 }
 
-void SpecificWorker::send(const bench_protocol::Command& command, const std::vector<std::uint8_t>& data) {
+void SpecificWorker::send(const bench_protocol::Command& command) {
   if (command.kind == "query") {
     const std::int64_t start = now();
-    const auto answer = ctx.echo.echo(data);
+    const auto answer = ctx.echo.echo(data_);
     times_.push_back(now() - start);
-    if (answer.size() != data.size()) throw rc::Fatal("another echo");
+    if (answer.size() != data_.size()) throw rc::Fatal("another echo");
   } else if (command.kind == "publish") {
     bench_protocol::pause(command.size);
-    ctx.sample.sample(now(), data);
+    ctx.sample.sample(now(), data_);
   } else if (command.kind == "place") {
     bench_protocol::pause(command.size);
     const std::int64_t sent = now();
     auto picture = ctx.pictures.loan();
     picture->sent = sent;
-    picture->data.resize(data.size());
-    std::copy(data.begin(), data.end(), picture->data.begin());
+    picture->data.resize(data_.size());
+    std::copy(data_.begin(), data_.end(), picture->data.begin());
     picture.send();
   } else {
     throw rc::Fatal("there is no measurement `" + command.kind + "`");

@@ -12,7 +12,8 @@ class SpecificWorker final : public GenericWorker {
 
  private:
   /// Sends one message of a block.
-  void send(const bench_protocol::Command& command, const std::vector<std::uint8_t>& data);
+  void send(const bench_protocol::Command& command);
 
+  std::vector<std::uint8_t> data_;
   std::vector<std::int64_t> times_;
 };
