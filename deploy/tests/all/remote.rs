@@ -390,6 +390,8 @@ fn nothing_starts_if_a_host_is_unreachable() {
     let error = events.iter().find(|e| e["code"] == "host-unreachable");
     let message = error.expect("an error")["message"].to_string();
     assert!(message.contains("`ssh pi@robot true`"), "{message}");
+    assert!(message.contains("No route to host"), "{message}");
+    assert!(!message.contains("\\r"), "{message}");
     assert_eq!(away.bench.journal(), Vec::<String>::new());
     away.assert_nothing_left();
 }

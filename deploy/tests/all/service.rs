@@ -61,6 +61,13 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
     let unit = site.path("config/systemd/user").join(&own);
     let shown = install(&site, &["--dry-run"]);
     assert_eq!((shown.code, unit.exists()), (0, false), "{shown:?}");
+    // In the folder of the file, its name is enough.
+    let mut command = site.command(&rcdeploy());
+    command.args(["install-service", "--dry-run", "--profile", "dev"]);
+    command.args(["--set", "avoider.speed=310"]);
+    command.arg(site.ddsl().file_name().expect("a name"));
+    let named = site.run(command);
+    assert_eq!(named.stdout, shown.stdout, "{named:?}");
     let installed = install(&site, &[]);
     assert_eq!(installed.code, 0, "{installed:?}");
     let text = std::fs::read_to_string(&unit).expect("a unit");

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// `ssh` that runs its command on this machine. While the file `unplugged` exists, it gets no
-/// reply.
+/// reply, and says so as ssh does, with a carriage return.
 const SSH: &str = r#"#!/bin/sh
 if [ -e FOLDER/unplugged ]; then
-    echo "ssh: connect to host robot port 22: No route to host" >&2
+    printf 'ssh: connect to host robot port 22: No route to host\r\n' >&2
     exit 255
 fi
 while [ "$1" != -- ]; do shift; done

@@ -1,15 +1,12 @@
 root=$0
+group=$1
+groups=$2
 mount --make-rprivate /
 # A control group of its own, whose root it sees.
-groups=$(mktemp -d)
 mount -t cgroup2 none "$groups"
-# Those of earlier runs are empty.
-find "$groups" -depth -type d -path "$groups/boot-*" -exec rmdir {} \; 2> /dev/null || true
-own=$(mktemp -d "$groups/boot-XXXXXX")
-chmod 755 "$own"
-echo $$ > "$own/cgroup.procs"
+mkdir -p "$groups/$group"
+echo $$ > "$groups/$group/cgroup.procs"
 umount "$groups"
-rmdir "$groups"
 ip link set lo up
 mount --bind "$root" "$root"
 cd "$root"

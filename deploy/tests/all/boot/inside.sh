@@ -84,8 +84,11 @@ until_so sh -c '! pgrep -u pi rcdeploy'
 step "a service of the user: the end of the supervisor, and the log"
 ssh_pi rcdeploy install-service $file
 until_so runs
-first=$(ssh_pi systemctl --user show --property MainPID --value $unit)
+supervisor() { ssh_pi systemctl --user show --property MainPID --value $unit; }
+first=$(supervisor)
+another() { now=$(supervisor); [ "${now:-0}" != 0 ] && [ "$now" != "$first" ]; }
+if another; then fail "$first is the supervisor"; fi
 kill -KILL "$first"
-until_so sh -c '[ "$(su - pi -c "rcdeploy status patrol" | sed -n "s/.*process //p")" != '"$first"' ]'
+until_so another
 until_so reaches
 ssh_pi journalctl --user --unit $unit | grep 'network patrol is up' > /dev/null || fail "no log"

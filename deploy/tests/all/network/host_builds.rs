@@ -1,6 +1,9 @@
 //! Programs of hosts with another processor, and of hosts that build. Scripts stand for ssh and for the
 //! cargo that compiles.
 
+use rc_codegen::{FileLoader, paths};
+use rc_deploy_network::{self as network, Profile};
+use rc_diagnostics::{Format, SourceMap, render};
 use rc_test_site::other_host;
 use rc_test_site::site::{CommandOutput, Site, rcdeploy};
 use std::fs;
@@ -205,4 +208,47 @@ fn this_machine_builds_for_another_processor() {
         program.ends_with(&format!("{}/release/simulator", OTHER[2])),
         "{program}"
     );
+}
+
+/// Their places on the host are those here.
+#[test]
+fn files_that_parameters_name_are_copied_from_absolute_paths() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().canonicalize().expect("a folder");
+    for (name, text) in [
+        ("n/map.txt", "a map"),
+        ("start.txt", "a place"),
+        (
+            "n/reader.cdsl",
+            "Component reader { Communications { }; language rust; parameters \"reader.pdsl\"; };",
+        ),
+        (
+            "n/reader.pdsl",
+            "ComponentParams reader { map path \"map.txt\"; start path \"\"; };",
+        ),
+        ("n/reader.toml", "[parameters]\nstart = \"../start.txt\"\n"),
+        (
+            "n/n.ddsl",
+            "Deployment n { Host robot { address \"robot\"; }; \
+             Component reader { cdsl \"reader.cdsl\"; executable \"x\"; config \"reader.toml\"; host robot; }; };",
+        ),
+    ] {
+        let place = folder.join(name);
+        fs::create_dir_all(place.parent().expect("a parent")).expect("a folder");
+        fs::write(place, text).expect("written");
+    }
+    // From the folder of the test.
+    let here = std::env::current_dir().and_then(|here| here.canonicalize());
+    let relative = paths::relative(&here.expect("a folder"), &folder.join("n/n.ddsl"));
+    let (mut sources, loader) = (SourceMap::new(), FileLoader::default());
+    let overrides = network::Overrides::default();
+    let loaded = network::load(&relative, &overrides, &mut sources, &loader);
+    let (network, found) = loaded.expect("the files");
+    let found = render(&sources, &found, Format::Short);
+    let plan = network.expect(&found).plan(Profile::Dev).expect("a plan");
+    let files = &plan.components[0].files;
+    assert!(files.iter().all(|file| file.is_absolute()), "{files:?}");
+    let files: Vec<_> = files.iter().map(|file| paths::normal(file)).collect();
+    let wanted = ["n/reader.toml", "n/map.txt", "start.txt"].map(|file| folder.join(file));
+    assert_eq!(files, wanted, "{found}");
 }
