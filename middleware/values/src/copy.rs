@@ -38,7 +38,7 @@ pub fn borrow<'r>(ty: &Struct, reader: &mut Reader<'r>) -> Option<&'r [u8]> {
 /// The bytes of the structure that follows in `reader`, if they are the same at the byte `to` of another message.
 /// Otherwise, nothing is read.
 fn whole<'r>(ty: &Struct, reader: &mut Reader<'r>, to: usize) -> Option<&'r [u8]> {
-    let quick = ty.quick.as_ref()?;
+    let quick = ty.quick()?;
     let length = quick.length(reader.rest(), reader.position(), to)?;
     // Fails for an image.
     reader.raw(length).ok()
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn a_copy_of_simple_parts_equals_a_decoded_and_encoded_value_at_every_place() {
         let (ty, body) = (simple(), simple_body());
-        assert!(ty.quick.is_some() && everything().quick.is_none());
+        assert!(ty.quick().is_some() && everything().quick().is_none());
         for offset in 0..16 {
             assert_eq!(copied(&ty, &body, offset), again(&ty, &body, offset));
         }

@@ -7,15 +7,13 @@ use std::sync::Arc;
 /// The longest body that is checked so, in bytes. Larger arrays are copied apart from their structure.
 const MOST: usize = 8 * 1024;
 
-/// The most parts: a type whose structures have structures each, many times, has more than memory holds.
-const MOST_PARTS: usize = 256;
+/// The most types in a structure: one whose structures have structures each, many times, has more than memory holds.
+const MOST_TYPES: usize = 256;
 
 /// The parts of a structure in the order of their bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Quick {
     parts: Vec<Part>,
-    /// The number of parts, with those of elements of sequences.
-    count: usize,
     /// The largest alignment of its numbers, from 4 on.
     align: usize,
 }
@@ -39,16 +37,16 @@ fn most(bound: Option<u32>) -> usize {
     bound.map_or(usize::MAX, |bound| bound as usize)
 }
 
-impl Quick {
-    /// `None` for a structure with parts that [`copy`](crate::copy) checks in another way: ranges, optional members,
-    /// dictionaries, arrays of anything but numbers.
-    pub(crate) fn of(members: &[Member]) -> Option<Self> {
-        let mut quick = Self {
-            parts: Vec::new(),
-            count: 0,
-            align: 4,
-        };
-        let mut parts = Vec::new();
+/// Lists the parts of a structure.
+struct Listing {
+    /// The types so far, with those of elements and of structures in it.
+    count: usize,
+    /// The largest alignment so far.
+    align: usize,
+}
+
+impl Listing {
+    fn structure(&mut self, members: &[Member], parts: &mut Vec<Part>) -> Option<()> {
         if members.is_empty() {
             parts.push(Part::Octet);
         }
@@ -56,10 +54,9 @@ impl Quick {
             if member.optional || member.range.is_some() {
                 return None;
             }
-            quick.add(&member.ty, &mut parts)?;
+            self.add(&member.ty, parts)?;
         }
-        quick.parts = parts;
-        Some(quick)
+        Some(())
     }
 
     fn size(&mut self, of: Primitive) -> Option<usize> {
@@ -70,6 +67,9 @@ impl Quick {
 
     fn add(&mut self, ty: &Type, parts: &mut Vec<Part>) -> Option<()> {
         self.count += 1;
+        if self.count > MOST_TYPES {
+            return None;
+        }
         let part = match ty {
             Type::Primitive(Primitive::Bool) => Part::Bool,
             Type::Primitive(of) => Part::Numbers(self.size(*of)?, 1),
@@ -88,19 +88,23 @@ impl Quick {
             },
             Type::Dictionary { .. } => return None,
             Type::Named(Named::Enum(of)) => Part::Enum(Arc::clone(of)),
-            Type::Named(Named::Struct(of)) => {
-                let inner = of.quick.as_ref()?;
-                self.align = self.align.max(inner.align);
-                self.count += inner.count;
-                if self.count > MOST_PARTS {
-                    return None;
-                }
-                parts.extend_from_slice(&inner.parts);
-                return Some(());
-            }
+            Type::Named(Named::Struct(of)) => return self.structure(&of.members, parts),
         };
         parts.push(part);
-        (self.count <= MOST_PARTS).then_some(())
+        Some(())
+    }
+}
+
+impl Quick {
+    /// `None` for a structure with parts that [`copy`](crate::copy) checks in another way: ranges, optional members,
+    /// dictionaries, arrays of anything but numbers.
+    pub(crate) fn of(members: &[Member]) -> Option<Self> {
+        let (mut listing, mut parts) = (Listing { count: 0, align: 4 }, Vec::new());
+        listing.structure(members, &mut parts)?;
+        Some(Self {
+            parts,
+            align: listing.align,
+        })
     }
 
     /// The length of the structure at the begin of `bytes`, which begin at the byte `from` of their message. `None` if

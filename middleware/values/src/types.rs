@@ -3,7 +3,7 @@
 use crate::quick::Quick;
 pub use rc_vocabulary::{Layout, Number, Primitive};
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A type.
 pub type Type = rc_vocabulary::Type<Named>;
@@ -38,8 +38,8 @@ pub struct Struct {
     pub layout: Option<Layout>,
     /// The levels of types inside it.
     pub(crate) depth: u32,
-    /// Its parts, if they are simple.
-    pub(crate) quick: Option<Quick>,
+    /// Its parts, if they are simple, from the first copy of a body on.
+    quick: OnceLock<Option<Quick>>,
 }
 
 /// A member of a structure.
@@ -129,11 +129,17 @@ impl Struct {
         let layout = layouts.filter(|parts| !parts.is_empty());
         Self {
             name,
-            quick: Quick::of(&members),
+            quick: OnceLock::new(),
             members,
             layout: layout.map(Layout::structure).filter(|layout| layout.fits()),
             depth: depth.unwrap_or(0),
         }
+    }
+
+    /// Its parts, if they are simple.
+    pub(crate) fn quick(&self) -> Option<&Quick> {
+        let quick = self.quick.get_or_init(|| Quick::of(&self.members));
+        quick.as_ref()
     }
 
     /// A member and its index.
