@@ -60,12 +60,7 @@ class Context {
     } else if constexpr (std::is_convertible_v<const T&, std::string_view>) {
       set_parameter(path, RC_TEXT, 0, std::string(std::string_view(value)));
     } else if constexpr (std::is_convertible_v<const T&, std::chrono::nanoseconds>) {
-      using std::chrono::nanoseconds;
-      // In the unit of the value: its nanoseconds may be more than an integer holds.
-      if (value > std::chrono::duration_cast<T>(nanoseconds::max())) {
-        throw InvalidArgument("`" + path + "`: a duration is at most " + std::to_string(INT64_MAX) + " ns");
-      }
-      set_parameter(path, RC_DURATION, value < T::zero() ? -1 : nanoseconds(value).count(), {});
+      set_parameter(path, RC_DURATION, nanoseconds(path, value), {});
     } else {
       static_assert(std::is_same_v<T, std::filesystem::path>,
                     "no parameter has a value of this type; an array is changed by its elements: offsets[0]");
@@ -89,6 +84,19 @@ class Context {
     const std::string both = path + '\n' + text;
     detail::checked(robocomp_set(RC_SET_PARAMETER, kind, value, detail::bytes(both)));
     detail::look_again();
+  }
+  // A duration in nanoseconds; -1 for a negative one. It is compared in its own unit, because its nanoseconds may be more
+  // than an integer holds, and as 64 bits, because the longest one may be more than its own integer holds.
+  template <class Rep, class Period>
+  static std::int64_t nanoseconds(const std::string& path, std::chrono::duration<Rep, Period> value) {
+    using std::chrono::duration;
+    constexpr auto longest = std::chrono::nanoseconds::max();
+    constexpr std::int64_t most = std::chrono::duration_cast<duration<std::int64_t, Period>>(longest).count();
+    if (value < value.zero()) return -1;
+    if (static_cast<std::uint64_t>(value.count()) > static_cast<std::uint64_t>(most)) {
+      throw InvalidArgument("`" + path + "`: a duration is at most " + std::to_string(longest.count()) + " ns");
+    }
+    return std::chrono::nanoseconds(duration<std::int64_t, Period>(static_cast<std::int64_t>(value.count()))).count();
   }
   static std::string text(rc_get_what what) {
     return detail::text(detail::checked(robocomp_get(what, 0)).bytes);

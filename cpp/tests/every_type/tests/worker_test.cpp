@@ -57,12 +57,12 @@ void topics(TestContext& test, SpecificWorker& worker) {
   test.repeats.recover();
 }
 
-template <class Act>
+template <class Error = rc::InvalidArgument, class Act>
 void refused(const std::string& part, const Act& act) {
   std::string said = "nothing";
   try {
     act();
-  } catch (const rc::InvalidArgument& error) {
+  } catch (const Error& error) {
     said = error.what();
   }
   if (said.find(part) == std::string::npos) throw std::runtime_error("`" + part + "` is not in: " + said);
@@ -75,18 +75,50 @@ void parameters(TestContext& test, SpecificWorker& worker) {
   ctx.set_parameter("count", static_cast<std::uint64_t>(INT64_MAX));
   ctx.set_parameter("pause", longest);
   ctx.set_parameter("pause", 0s);
+  // The longest duration is more than these integers hold.
+  ctx.set_parameter("pause", std::chrono::duration<int, std::milli>(500));
+  ctx.set_parameter("pause", std::chrono::duration<std::uint8_t>(200));
   const auto requested = test.requested_parameters();
-  RC_CHECK(requested.size() == 3 && requested[0].value == "9223372036854775807");
+  RC_CHECK(requested.size() == 5 && requested[0].value == "9223372036854775807");
+  RC_CHECK(requested[3].value == "\"500ms\"" && requested[4].value == "\"200s\"");
   const std::string most = "an integer is at most 9223372036854775807, not ";
   refused("`count`: " + most + "9223372036854775808", [&] { ctx.set_parameter("count", std::uint64_t{1} << 63); });
   refused(most + "18446744073709551615", [&] { ctx.set_parameter("count", UINT64_MAX); });
   refused("`pause`: a duration is 0 or longer", [&] { ctx.set_parameter("pause", -1ns); });
   refused("`pause`: a duration is 0 or longer", [&] { ctx.set_parameter("pause", std::chrono::hours::min()); });
   refused("at most 9223372036854775807 ns", [&] { ctx.set_parameter("pause", std::chrono::hours::max()); });
+  refused("at most 9223372036854775807 ns",
+          [&] { ctx.set_parameter("pause", std::chrono::duration<std::uint64_t, std::nano>(std::uint64_t{1} << 63)); });
   refused("`count` and a line feed", [&] { ctx.set_parameter("count\npause", 3); });
   refused("a duration is 0 or longer", [&] { ctx.set_period(-1ms); });
   refused("a duration is 0 or longer", [&] { ctx.mirror.set_timeout(-1ms); });
   RC_CHECK(test.requested_parameters().empty());
+}
+
+// Nobody gets an argument, a sample or an answer that its type does not allow.
+void types(TestContext& test, SpecificWorker& worker) {
+  auto& ctx = worker.ctx;
+  constexpr auto strange = static_cast<RcTypes::Kind>(99);
+  const std::string why = ": 99 is not a value of `RcTypes::Kind`";
+  RcTypes::Everything all;
+  const auto echo = [&] { (void)ctx.mirror.echo(all); };
+  all.defaults.kind = strange;
+  refused("echo(): `all.defaults.kind`" + why, echo);
+  all.defaults.kind = RcTypes::Kind::door;
+  for (const std::string& text : {std::string("\xff"), std::string(1, '\0')}) {
+    all.defaults.text = text;
+    refused("echo(): `all.defaults.text`: a string is not UTF-8", echo);
+  }
+  RC_CHECK(test.mirror.echo_calls().empty());
+  refused<rc::InvalidSample>("several(): `kind`" + why, [&] { ctx.repeats.several(3, 1.5, "", {}, strange, {}); });
+  RC_CHECK(test.repeats.several_samples().empty());
+  test.mirror.on_echo([](const RcTypes::Everything&) {
+    RcTypes::Everything wrong;
+    wrong.bounded.text = "nine byte";
+    return wrong;
+  });
+  all = {};
+  refused<rc::Refused>("echo(): `return.bounded.text`: it has 9 elements, its type allows 8", echo);
 }
 
 // Started calls of the members of an array.
@@ -125,6 +157,9 @@ int main() {
     calls(test, worker);
     topics(test, worker);
     parameters(test, worker);
+    test.mirror.clear_calls();
+    test.repeats.clear_samples();
+    types(test, worker);
     started(test, worker);
     worker.ctx.stop("the test is over");
     RC_CHECK(worker.ctx.is_stopping());
