@@ -1,6 +1,6 @@
 //! Inverse solvers: which joints move a frame to a pose, or with a velocity.
 
-use crate::cell::Cell;
+use crate::cell::{Cell, Choices};
 use crate::search::{Search, Settings};
 use crate::work::Work;
 use rc_diagnostics::nearest;
@@ -118,14 +118,18 @@ impl Cell {
             chain.ok_or_else(|| Unanswered::Unconnected(tip.to_owned(), base.to_owned()))?;
         let joints = chain.coordinates();
         let coordinates = robot.coordinates.len();
-        let metre = self.choices.grounding.metre;
+        // It is not printed.
+        let choices = Choices {
+            is_single: false,
+            ..self.choices
+        };
         Ok(Inverse {
             name: "inverse".to_owned(),
             doc: Vec::new(),
             question: question_of_pose(tip, base, self.choices.length()),
             coordinates,
             motion: motion(&chain, None, coordinates, &joints, true),
-            asked: Question::Pose(Search::new((robot, metre), &chain, &joints, settings)),
+            asked: Question::Pose(Search::new((robot, &choices), &chain, &joints, settings)),
             joints,
         })
     }

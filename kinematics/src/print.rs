@@ -85,6 +85,7 @@ fn limits(cell: &Cell) -> (Vec<f64>, Vec<f64>) {
     let limits = cell.robot.limits().into_iter();
     limits
         .map(|limits| limits.map_or((f64::NEG_INFINITY, f64::INFINITY), |l| (l.lower, l.upper)))
+        .map(|range| cell.choices.limits(range))
         .unzip()
 }
 
@@ -257,8 +258,13 @@ fn c_of(cell: &Cell) -> String {
     let (lower, upper) = limits(cell);
     let slides = cell.choices.length();
     let guard = format!("{}_H", prefix.to_ascii_uppercase());
+    let headers = if cell.inverses.is_empty() {
+        "#include <math.h>"
+    } else {
+        "#include <float.h>\n#include <math.h>"
+    };
     let mut out = format!(
-        "/* Solvers of {prefix}. Printed by rcgen. */\n#ifndef {guard}\n#define {guard}\n\n#include <math.h>\n\n"
+        "/* Solvers of {prefix}. Printed by rcgen. */\n#ifndef {guard}\n#define {guard}\n\n{headers}\n\n"
     );
     if count > 0 {
         let _ = write!(

@@ -1,5 +1,6 @@
 //! The search for positions: its settings, its limits, and where it begins.
 
+use crate::cell::Choices;
 use rc_formula::{Program, Recorder};
 use rc_quantity::rotation::Matrix;
 use rc_robot::closed::Kind;
@@ -75,23 +76,17 @@ impl Default for Settings {
 impl Search {
     /// The search of positions of `joints`, which move the end of a chain.
     pub(crate) fn new(
-        (robot, metre): (&Robot, f64),
+        (robot, choices): (&Robot, &Choices),
         chain: &Chain<'_>,
         joints: &[usize],
         settings: Settings,
     ) -> Self {
         let ranges = ranges(robot);
-        let own: Vec<(f64, f64)> = joints.iter().map(|at| ranges[*at]).collect();
-        // Without an end, searches begin in one turn, or within a metre.
-        let places = joints.iter().zip(&own).map(|(joint, (lower, upper))| {
-            let far = if turns(robot, *joint) { PI } else { metre };
-            match (lower.is_finite(), upper.is_finite()) {
-                (true, true) => (*lower, *upper),
-                (true, false) => (*lower, lower + 2.0 * far),
-                (false, true) => (upper - 2.0 * far, *upper),
-                (false, false) => (-far, far),
-            }
-        });
+        let own = joints.iter().map(|at| choices.limits(ranges[*at]));
+        let own: Vec<(f64, f64)> = own.collect();
+        let metre = choices.grounding.metre;
+        let places = joints.iter().zip(&own);
+        let places = places.map(|(joint, range)| beginnings(robot, metre, *joint, *range));
         let places: Vec<(f64, f64)> = places.collect();
         let endless = joints
             .iter()
@@ -109,7 +104,7 @@ impl Search {
             lower,
             upper,
             endless,
-            closed: ClosedForm::of(chain, robot.coordinates.len(), joints),
+            closed: ClosedForm::of(chain, robot.coordinates.len(), joints, choices.is_single),
             starts: inverse::starts(&places, settings.restarts),
             iterations: settings.iterations,
             seed: settings.seed,
@@ -130,8 +125,18 @@ impl Search {
 }
 
 impl ClosedForm {
-    fn of(chain: &Chain<'_>, coordinates: usize, joints: &[usize]) -> Option<Self> {
+    fn of(
+        chain: &Chain<'_>,
+        coordinates: usize,
+        joints: &[usize],
+        is_single: bool,
+    ) -> Option<Self> {
         let closed = chain.closed(coordinates)?;
+        let closed = if is_single {
+            closed.in_single()
+        } else {
+            closed
+        };
         let recorder = Recorder::new(12);
         let input = |at: usize| recorder.input(at, Primitive::F64);
         let rotation: Matrix<_> =
@@ -151,6 +156,37 @@ impl ClosedForm {
             turns: places.iter().map(|at| TAU / closed.ratios[*at]).collect(),
         })
     }
+}
+
+/// Where searches of a coordinate begin: within its range, and without an end in one turn, or within a metre.
+fn beginnings(
+    robot: &Robot,
+    metre: f64,
+    coordinate: usize,
+    (lower, upper): (f64, f64),
+) -> (f64, f64) {
+    let far = if turns(robot, coordinate) { PI } else { metre };
+    match (lower.is_finite(), upper.is_finite()) {
+        (true, true) => (lower, upper),
+        (true, false) => (lower, lower + 2.0 * far),
+        (false, true) => (upper - 2.0 * far, upper),
+        (false, false) => (-far, far),
+    }
+}
+
+/// The least angle that numbers of 32 bits resolve in a search: some roundings of each joint.
+pub(crate) const RESOLVED_ANGLE: f64 = 4e-6;
+
+/// The least distance in m that they resolve: the same part of the length of the chain.
+pub(crate) fn resolved_length(robot: &Robot, metre: f64, chain: &Chain<'_>) -> f64 {
+    let ranges = ranges(robot);
+    let reach = chain.reach(|coordinate| {
+        let (lower, upper) = beginnings(robot, metre, coordinate, ranges[coordinate]);
+        lower.abs().max(upper.abs())
+    });
+    let length = RESOLVED_ANGLE * reach / metre;
+    // A message shows two digits of it.
+    format!("{length:.1e}").parse().unwrap_or(length)
 }
 
 /// The least and the greatest position of each coordinate.

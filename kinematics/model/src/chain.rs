@@ -1,7 +1,7 @@
 //! The motion of one frame in another one: the chain of joints between them.
 
 use crate::robot::{Joint, Motion, Robot, State};
-use crate::vectors::{about, scaled, sum, vector};
+use crate::vectors::{about, dot, scaled, sum, vector};
 use rc_quantity::Real;
 use rc_quantity::Transform;
 use rc_quantity::rotation::{cross, product, turned};
@@ -114,6 +114,23 @@ impl Chain<'_> {
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// How far its end is from its base at most. `far` says how far a coordinate goes from 0.
+    pub fn reach(&self, far: impl Fn(usize) -> f64) -> f64 {
+        let of = |step: &Step<'_>| {
+            let Joint { place, motion, .. } = step.joint;
+            let slide = match *motion {
+                Motion::Slides {
+                    coordinate,
+                    ratio,
+                    offset,
+                } => (ratio * far(coordinate)).abs() + offset.abs(),
+                Motion::Turns { .. } | Motion::Fixed => 0.0,
+            };
+            dot(place.translation, place.translation).sqrt() + slide
+        };
+        self.steps.iter().map(of).sum()
     }
 
     /// The motion of the frame at its end.

@@ -17,6 +17,9 @@ const NEAR: f64 = 1e-5;
 /// How far out of reach a point may be by rounding: a part of the square of its distance.
 const EDGE: f64 = 1e-10;
 
+/// The same with numbers of 32 bits.
+const EDGE_OF_SINGLE: f64 = 1e-5;
+
 /// How many positions a closed form has.
 pub const SOLUTIONS: usize = 8;
 
@@ -58,6 +61,7 @@ pub struct Closed {
     points: [[f64; 3]; 5],
     rotation: Matrix,
     translation: [f64; 3],
+    edge: f64,
 }
 
 /// The sine and the cosine of an angle.
@@ -121,7 +125,7 @@ impl<T: Real> Turn<T> {
     }
 
     /// The two turns of a vector about an axis that bring it to a level over the normal of a plane.
-    fn to_level(normal: [T; 3], of: [T; 3], axis: [f64; 3], level: T) -> [Self; 2] {
+    fn to_level(normal: [T; 3], of: [T; 3], axis: [f64; 3], level: T, edge: f64) -> [Self; 2] {
         let axis = vector(axis);
         let fixed = dot(normal, axis) * dot(axis, of);
         let (a, b) = (dot(normal, cross(axis, of)), dot(normal, of) - fixed);
@@ -131,7 +135,7 @@ impl<T: Real> Turn<T> {
         let zero = T::constant(0.0);
         // A level out of reach has no turn: the root is not a number. At the edge of reach, it is but rounding.
         let known = rest.if_below(zero, zero, rest);
-        let root = rest.if_below(most * T::constant(-EDGE), rest, known).root();
+        let root = rest.if_below(most * T::constant(-edge), rest, known).root();
         [
             Self::of(a * level + b * root, b * level - a * root),
             Self::of(a * level - b * root, b * level + a * root),
@@ -232,11 +236,19 @@ impl Chain<'_> {
             points: at.map(clean),
             rotation: [clean(one), clean(two), clean(three)],
             translation: clean(tip),
+            edge: EDGE,
         })
     }
 }
 
 impl Closed {
+    /// The same with numbers of 32 bits.
+    #[must_use]
+    pub fn in_single(self) -> Self {
+        let edge = EDGE_OF_SINGLE;
+        Self { edge, ..self }
+    }
+
     /// The positions of the joints, from the base on, for a pose of the end of the chain. Those that the arm does not have are not
     /// numbers, and some may be equal. Angles are not within limits.
     pub fn positions<T: Real>(&self, rotation: &Matrix<T>, translation: [T; 3]) -> Vec<[T; 6]> {
@@ -263,7 +275,7 @@ impl Closed {
         let upper = self.step(1, 2);
         let known = dot(upper, upper) + dot(arm, arm);
         let level = (dot(target, target) - T::constant(known)) * T::constant(0.5);
-        Turn::to_level(vector(upper), vector(arm), self.axes[2], level)
+        Turn::to_level(vector(upper), vector(arm), self.axes[2], level, self.edge)
     }
 
     fn with_wrist<T: Real>(&self, whole: &Matrix<T>, target: [T; 3]) -> Vec<[T; 6]> {
@@ -273,7 +285,7 @@ impl Closed {
         let extended = |three: Turn<T>| sum(vector(upper), three.about(third, vector(arm)));
         if self.kind == Kind::ParallelAndWrist {
             let level = T::constant(dot(second, sum(shoulder, sum(upper, arm))));
-            for one in Turn::to_level(vector(second), target, opposite(first), level) {
+            for one in Turn::to_level(vector(second), target, opposite(first), level, self.edge) {
                 let rest = minus(one.about(opposite(first), target), vector(shoulder));
                 for three in self.elbow(arm, rest) {
                     let two = Turn::aligning(extended(three), rest, second);
@@ -284,7 +296,8 @@ impl Closed {
             for three in self.elbow(arm, target) {
                 let reach = extended(three);
                 let level = dot(vector(second), reach);
-                for one in Turn::to_level(vector(second), target, opposite(first), level) {
+                for one in Turn::to_level(vector(second), target, opposite(first), level, self.edge)
+                {
                     let rest = one.about(opposite(first), target);
                     arms.push([one, Turn::aligning(reach, rest, second), three]);
                 }
@@ -326,7 +339,7 @@ impl Closed {
     fn wrist<T: Real>(&self, last: [T; 3], side: [T; 3], own: [f64; 3]) -> Vec<[T; 3]> {
         let [_, _, _, four, five, six] = self.axes;
         let level = dot(vector(four), last);
-        let turns = Turn::to_level(vector(four), vector(six), five, level);
+        let turns = Turn::to_level(vector(four), vector(six), five, level, self.edge);
         let angles = turns.into_iter().map(|turn| {
             let before = Turn::aligning(turn.about(five, vector(six)), last, four);
             let rest = turn.about(opposite(five), before.about(opposite(four), side));
@@ -343,7 +356,13 @@ impl Closed {
         let level = dot(second, sum(sum(shoulder, upper), sum(fore, hand)));
         let side = self.side();
         let mut all = Vec::new();
-        let ones = Turn::to_level(vector(second), target, opposite(first), T::constant(level));
+        let ones = Turn::to_level(
+            vector(second),
+            target,
+            opposite(first),
+            T::constant(level),
+            self.edge,
+        );
         for one in ones {
             let back = |of: [T; 3]| one.about(opposite(first), of);
             let last = back(turned(whole, vector(sixth)));
@@ -352,6 +371,7 @@ impl Closed {
                 vector(sixth),
                 fifth,
                 dot(vector(second), last),
+                self.edge,
             );
             for five in fives {
                 let three_together = Turn::aligning(five.about(fifth, vector(sixth)), last, second);

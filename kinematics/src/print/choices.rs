@@ -50,7 +50,9 @@ pub(super) fn rows_in_c(cell: &Cell) -> &'static str {
 }
 
 /// Functions of `math.h` with a name of their own for numbers of 32 bits, and of the crate `libm`.
-const FUNCTIONS: [&str; 7] = ["sin", "cos", "sqrt", "atan2", "floor", "round", "hypot"];
+const FUNCTIONS: [&str; 8] = [
+    "sin", "cos", "sqrt", "atan2", "floor", "round", "hypot", "fabs",
+];
 
 /// A text in Rust or C with its numbers of 32 bits, if they are chosen, and its functions.
 pub(super) fn typed(cell: &Cell, text: String, is_rust: bool) -> String {
@@ -139,6 +141,7 @@ fn single(text: &str, is_rust: bool) -> String {
             out.push_str(match word {
                 "f64" if is_rust => "f32",
                 "double" if !is_rust => "float",
+                "DBL_EPSILON" if !is_rust => "FLT_EPSILON",
                 word => word,
             });
             if !is_rust && next.starts_with('(') && FUNCTIONS.contains(&word) {

@@ -158,7 +158,8 @@ pub fn loader(cell: &Cell) -> String {
         asked(&mut out, cell, inverse);
     }
     if cell.choices.is_single {
-        return out.replace("numpy.float64", "numpy.float32");
+        let out = out.replace("numpy.float64", "numpy.float32");
+        return out.replace("ctypes.c_double", "ctypes.c_float");
     }
     out
 }
@@ -221,7 +222,7 @@ fn asked(out: &mut String, cell: &Cell, inverse: &Inverse) {
             begin(out, &of, own, &taken, &lines);
             let _ = writeln!(
                 out,
-                "    result = numpy.empty({})\n    _LIBRARY.{name}_call_{own}({}_place(result))\n    \
+                "    result = numpy.empty({}, dtype=numpy.float64)\n    _LIBRARY.{name}_call_{own}({}_place(result))\n    \
                 return {of}(result[:{count}], result[{count}:])",
                 count + 6,
                 passed(&taken)

@@ -79,6 +79,14 @@ static inline double PREFIX__square(const double *way)
     return sum;
 }
 
+static inline double PREFIX__trace(double matrix[6][6])
+{
+    double sum = 0.0;
+    for (int row = 0; row < 6; row++)
+        sum += matrix[row][row];
+    return sum;
+}
+
 /* Solves a symmetric positive system in place, by Cholesky's method. */
 static inline void PREFIX__solve(double matrix[6][6], double *vector)
 {
@@ -114,6 +122,7 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
     double *at = first + joints, *trial = at + joints, *slope = trial + joints;
     const double length = aim->near / aim->turned;
     double least = INFINITY;
+    int is_turned = 0;
     PREFIX__found found = {0, 0, INFINITY, INFINITY};
     for (int joint = 0; joint < joints; joint++)
         first[joint] = positions[joint];
@@ -133,7 +142,7 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
         PREFIX__way(aim->target, now, length, error, &distance, &angle);
         cost = PREFIX__square(error);
         for (int iteration = 1; iteration < aim->iterations; iteration++) {
-            double matrix[6][6] = {{0.0}}, pull[6], longest = 0.0, new_error[6], new_distance, new_angle, new_cost;
+            double matrix[6][6] = {{0.0}}, pull[6], longest = 0.0, new_error[6], new_distance, new_angle, new_cost, rest;
             if (distance <= aim->near && angle <= aim->turned)
                 break;
             /* A joint at a limit that would go on is left alone: its slope is not a number. */
@@ -152,8 +161,10 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
                     for (int other = 0; other <= row; other++)
                         matrix[row][other] += column[row] * column[other];
             }
+            /* In a direction in which no joint moves, more than rounding is left. */
+            rest = 2.0 * DBL_EPSILON * PREFIX__trace(matrix);
             for (int row = 0; row < 6; row++) {
-                matrix[row][row] += damping * cost + 1e-15;
+                matrix[row][row] += damping * cost + rest;
                 pull[row] = error[row];
             }
             PREFIX__solve(matrix, pull);
@@ -208,9 +219,19 @@ static inline PREFIX__found PREFIX__search(void (*motion)(const double *, double
     for (int joint = 0; joint < joints; joint++) {
         if (aim->endless[joint]) {
             const double turns = floor((positions[joint] - first[joint]) / 6.283185307179586 + 0.5);
-            if (fabs(turns) < 1e9)
+            if (turns != 0.0 && fabs(turns) < 1e9) {
                 positions[joint] -= turns * 6.283185307179586;
+                is_turned = 1;
+            }
         }
+    }
+    if (is_turned) {
+        /* Positions have fewer digits far from 0. */
+        double error[6];
+        motion(positions, now);
+        found.iterations++;
+        PREFIX__way(aim->target, now, length, error, &found.distance, &found.angle);
+        found.reached = found.distance <= aim->near && found.angle <= aim->turned;
     }
     return found;
 }
@@ -261,8 +282,7 @@ static inline int PREFIX__nearest(double *closed, int count, const double *turns
    one at its least and greatest velocity. */
 static inline void PREFIX__rates(const double *jacobian, const double *wish, double damped, double *preferred, const double *least, const double *most, int joints, double *velocities, double *achieved, double *wanted, double *held)
 {
-    const double damping = damped * damped;
-    double square[6][6] = {{0.0}}, moved[6] = {0.0};
+    double square[6][6] = {{0.0}}, moved[6] = {0.0}, size, rest, damping;
     for (int row = 0; row < 6; row++) {
         for (int joint = 0; joint < joints; joint++) {
             const double part = jacobian[row * joints + joint];
@@ -270,8 +290,13 @@ static inline void PREFIX__rates(const double *jacobian, const double *wish, dou
             for (int other = 0; other <= row; other++)
                 square[row][other] += part * jacobian[other * joints + joint];
         }
-        square[row][row] += 1e-9;
     }
+    /* In a direction in which no joint moves, more than rounding is left. */
+    size = PREFIX__trace(square);
+    rest = 2.0 * DBL_EPSILON * size;
+    damping = damped * damped + rest;
+    for (int row = 0; row < 6; row++)
+        square[row][row] += 1e-9 + rest;
     PREFIX__solve(square, moved);
     for (int joint = 0; joint < joints; joint++) {
         for (int row = 0; row < 6; row++)
@@ -280,7 +305,7 @@ static inline void PREFIX__rates(const double *jacobian, const double *wish, dou
         held[joint] = 0.0;
     }
     for (int step = 0; step < 8 * joints; step++) {
-        double matrix[6][6] = {{0.0}}, pull[6], error[6], way = 1.0, gain = 1e-12;
+        double matrix[6][6] = {{0.0}}, pull[6], error[6], way = 1.0, speed = 0.0, gain;
         int first = joints, last = joints;
         for (int row = 0; row < 6; row++)
             pull[row] = wish[row];
@@ -329,9 +354,14 @@ static inline void PREFIX__rates(const double *jacobian, const double *wish, dou
         /* A joint that is better off without its limit is free again. */
         for (int row = 0; row < 6; row++) {
             error[row] = wish[row];
-            for (int joint = 0; joint < joints; joint++)
-                error[row] -= jacobian[row * joints + joint] * velocities[joint];
+            speed += fabs(error[row]);
+            for (int joint = 0; joint < joints; joint++) {
+                const double part = jacobian[row * joints + joint] * velocities[joint];
+                error[row] -= part;
+                speed += fabs(part);
+            }
         }
+        gain = 1e-12 + DBL_EPSILON * sqrt(size) * speed;
         for (int joint = 0; joint < joints; joint++) {
             double slope;
             if (held[joint] == 0.0 || least[joint] == most[joint])

@@ -135,7 +135,10 @@ def _search(
                     for joint in free:
                         value += weighted[row][joint] * weighted[other][joint]
                     matrix[row][other] = value
-                matrix[row][row] += damping * cost + 1e-15
+            # In a direction in which no joint moves, more than rounding is left.
+            rest = 2.0 * math.ulp(1.0) * sum(matrix[row][row] for row in range(6))
+            for row in range(6):
+                matrix[row][row] += damping * cost + rest
             pull = list(error)
             _solve(matrix, pull)
             trial, longest = list(at), 0.0
@@ -166,9 +169,16 @@ def _search(
         if reached:
             break
     at, reached, distance, angle = best
+    is_turned = False
     for joint in joints:
         if endless[joint] and abs(at[joint] - first[joint]) < 1e9:
-            at[joint] -= math.floor((at[joint] - first[joint]) / math.tau + 0.5) * math.tau
+            turns = math.floor((at[joint] - first[joint]) / math.tau + 0.5)
+            at[joint] -= turns * math.tau
+            is_turned = is_turned or turns != 0
+    if is_turned:
+        # Positions have fewer digits far from 0.
+        _, distance, angle = _way(target, motion(at)[0], length)
+        count, reached = count + 1, distance <= near and angle <= turned
     return at, reached, distance, angle, count
 
 
@@ -185,7 +195,6 @@ def _rates(
     p is the part of the preferred velocities that does not move the frame.
     """
     joints = range(len(preferred))
-    damping = damped * damped
     matrix, pull = [[0.0] * 6 for _ in range(6)], [0.0] * 6
     for row in range(6):
         for joint in joints:
@@ -193,7 +202,12 @@ def _rates(
             pull[row] += part * preferred[joint]
             for other in range(row + 1):
                 matrix[row][other] += part * jacobian[other][joint]
-        matrix[row][row] += 1e-9
+    # In a direction in which no joint moves, more than rounding is left.
+    size = sum(matrix[row][row] for row in range(6))
+    rest = 2.0 * math.ulp(1.0) * size
+    damping = damped * damped + rest
+    for row in range(6):
+        matrix[row][row] += 1e-9 + rest
     _solve(matrix, pull)
     for row in range(6):
         preferred = [preferred[joint] - jacobian[row][joint] * pull[row] for joint in joints]
@@ -237,10 +251,14 @@ def _rates(
             continue
         # A joint that is better off without its limit is free again.
         error = list(wish)
+        speed = 0.0
         for row in range(6):
+            speed += abs(error[row])
             for joint in joints:
-                error[row] -= jacobian[row][joint] * velocities[joint]
-        gain = 1e-12
+                part = jacobian[row][joint] * velocities[joint]
+                error[row] -= part
+                speed += abs(part)
+        gain = 1e-12 + math.ulp(1.0) * math.sqrt(size) * speed
         last: int | None = None
         for joint in joints:
             if not held[joint] or least[joint] == most[joint]:

@@ -58,7 +58,7 @@ pub(super) fn about(inverse: &Inverse) -> Vec<String> {
     lines.push(match &inverse.asked {
         Question::Pose(search) => format!(
             "Each call computes the motion at most {} times: {size}, and the equations of a step.",
-            search.beginnings() * search.iterations
+            search.beginnings() * search.iterations + usize::from(search.endless.contains(&true))
         ),
         Question::Velocity(_) => format!(
             "Each call computes the motion once: {size}; then the equations of at most {} steps.",

@@ -65,6 +65,25 @@ impl Choices {
             "m"
         }
     }
+
+    /// Limits as printed code has them. Of 32 bits, they are the numbers next to the own ones that no joint passes.
+    #[expect(clippy::cast_possible_truncation, reason = "rounded on purpose")]
+    pub(crate) fn limits(&self, (lower, upper): (f64, f64)) -> (f64, f64) {
+        if !self.is_single {
+            return (lower, upper);
+        }
+        let (mut least, mut most) = (lower as f32, upper as f32);
+        if f64::from(least) < lower {
+            least = least.next_up();
+        }
+        if f64::from(most) > upper {
+            most = most.next_down();
+        }
+        if least > most {
+            (least, most) = (lower as f32, lower as f32);
+        }
+        (f64::from(least), f64::from(most))
+    }
 }
 
 impl Resolver<'_> {
@@ -90,14 +109,9 @@ impl Resolver<'_> {
         );
         let closes = output.kind == OutputKind::Accelerations && !self.loops.is_empty();
         let closes = closes || (output.kind == OutputKind::Efforts && !passive.is_empty());
-        self.has_digits(output.span, of_loops || closes, "loops are closed")
-    }
-
-    /// Whether numbers of 32 bits are enough.
-    pub(super) fn has_digits(&mut self, span: Span, needs: bool, what: &str) -> bool {
-        if needs && self.choices.is_single {
-            let message = format!("{what} with f64 only, not with `scalars f32`");
-            let error = Diagnostic::error("bad-value", span, message);
+        if (of_loops || closes) && self.choices.is_single {
+            let message = "loops are closed with f64 only, not with `scalars f32`";
+            let error = Diagnostic::error("bad-value", output.span, message.to_owned());
             self.found.push(error.help("write it in a file of its own"));
             return false;
         }

@@ -3,11 +3,20 @@
 use super::{MOST_NUMBERS, MOST_STEPS, Resolver};
 use crate::ast::{self, MotionPart, Quantity, SettingKind};
 use crate::inverse::{Inverse, Question, RateLimits, Rates, motion, question_of_pose};
-use crate::search::{Search, Settings, ranges, turns};
+use crate::search::{RESOLVED_ANGLE, Search, Settings, ranges, resolved_length, turns};
 use rc_diagnostics::{Diagnostic, Span};
 use rc_robot::Chain;
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
+
+/// The least number of a setting: squares of less are not numbers.
+const TINY: f64 = 1e-12;
+
+/// The least damping of velocities. Of 32 bits, its square is more than rounding.
+const LEAST_DAMPING: [f64; 2] = [1e-6, 0.003];
+
+/// The tolerance of a search with numbers of 32 bits, in m and in rad.
+const TOLERANCE_OF_SINGLE: f64 = 1e-5;
 
 /// The most computations of a motion after each beginning of a search.
 const MOST_ITERATIONS: i64 = 10_000;
@@ -102,19 +111,29 @@ impl Resolver<'_> {
         super::quantity(&mut self.found, quantity, wanted)
     }
 
-    /// A number in this unit that is greater than 0, and not too great.
-    fn positive(&mut self, quantity: &Quantity, unit: &str, most: f64) -> Option<f64> {
+    /// A number in this unit that is neither too small nor too great.
+    fn positive(&mut self, quantity: &Quantity, unit: &str, least: f64) -> Option<f64> {
         let value = self.quantity(quantity, unit)?;
-        self.in_range(value, quantity.number.span, unit, most)
+        self.in_range(value, quantity.number.span, unit, (least, 1e3))
     }
 
-    fn in_range(&mut self, value: f64, span: Span, unit: &str, most: f64) -> Option<f64> {
-        // Squares of less are not numbers.
-        if (1e-12..=most).contains(&value) {
+    fn in_range(
+        &mut self,
+        value: f64,
+        span: Span,
+        unit: &str,
+        (least, most): (f64, f64),
+    ) -> Option<f64> {
+        if (least..=most).contains(&value) {
             return Some(value);
         }
-        let message = format!("expected a number from 1e-12 to {most} {unit}, found {value}");
-        self.error("bad-value", span, message);
+        let message = format!("expected a number from {least:e} to {most} {unit}, found {value}");
+        let error = Diagnostic::error("bad-value", span, message);
+        self.found.push(if least > TINY {
+            error.help("numbers of 32 bits resolve no less: write it in a file with `scalars f64`")
+        } else {
+            error
+        });
         None
     }
 
@@ -216,9 +235,6 @@ impl Resolver<'_> {
                 &["within", "damped", "null", "period"]
             },
         );
-        if !self.has_digits(asked.span, true, "inverse solvers search") {
-            return None;
-        }
         if !is_pose && self.choices.length() == "mm" {
             let message = "velocities in m/s and rad/s are weighed, which `lengths mm` changes";
             let error = Diagnostic::error("bad-value", asked.span, message.to_owned());
@@ -293,7 +309,11 @@ impl Resolver<'_> {
         }
         let coordinates = self.robot.coordinates.len();
         let motion = motion(&chain, expressed.as_ref(), coordinates, &joints, is_pose);
-        if !motion.is_finite() {
+        let closed = match &how {
+            Question::Pose(search) => search.closed.as_ref(),
+            Question::Velocity(_) => None,
+        };
+        if !self.fits(&motion) || closed.is_some_and(|form| !self.fits(&form.positions)) {
             self.too_great(solver.name.span);
             return None;
         }
@@ -311,15 +331,22 @@ impl Resolver<'_> {
     fn search(&mut self, solver: &ast::Solver, chain: &Chain<'_>, joints: &[usize]) -> Search {
         let metre = self.choices.grounding.metre;
         let mut settings = Settings::default();
+        let (mut near, mut turned) = (TINY, TINY);
+        if self.choices.is_single {
+            near = resolved_length(self.robot, metre, chain).max(TINY);
+            turned = RESOLVED_ANGLE;
+            settings.near = TOLERANCE_OF_SINGLE.max(near);
+            settings.turned = TOLERANCE_OF_SINGLE;
+        }
         settings.near *= metre;
         for setting in &solver.settings {
             match &setting.kind {
                 SettingKind::Within => settings.keeps_limits = true,
                 SettingKind::Tolerance(way, angle) => {
-                    let near = self.positive(way, "m", 1e3);
-                    settings.near = near.map_or(settings.near, |near| near * metre);
-                    let turned = self.positive(angle, "rad", 1e3);
-                    settings.turned = turned.unwrap_or(settings.turned);
+                    let way = self.positive(way, "m", near);
+                    settings.near = way.map_or(settings.near, |way| way * metre);
+                    let angle = self.positive(angle, "rad", turned);
+                    settings.turned = angle.unwrap_or(settings.turned);
                 }
                 SettingKind::Iterations(number) => {
                     let given = self.integer(number, 1, MOST_ITERATIONS);
@@ -334,7 +361,7 @@ impl Resolver<'_> {
                 _ => {}
             }
         }
-        Search::new((self.robot, metre), chain, joints, settings)
+        Search::new((self.robot, &self.choices), chain, joints, settings)
     }
 
     fn rates(&mut self, solver: &ast::Solver, joints: &[usize]) -> Rates {
@@ -343,13 +370,16 @@ impl Resolver<'_> {
             match &setting.kind {
                 SettingKind::Within => within = Some(setting.span),
                 SettingKind::Damped(number) => {
-                    let value = number.as_f64().filter(|value| (1e-6..=1e3).contains(value));
+                    let least = LEAST_DAMPING[usize::from(self.choices.is_single)];
+                    let value = number
+                        .as_f64()
+                        .filter(|value| (least..=1e3).contains(value));
                     if let Some(value) = value {
                         damping = value;
                         continue;
                     }
                     let message = format!(
-                        "expected a number from 1e-6 to 1000, found {}",
+                        "expected a number from {least} to 1000, found {}",
                         number.described()
                     );
                     self.error("bad-value", number.span, message);
@@ -358,14 +388,14 @@ impl Resolver<'_> {
                     let gain = match gain {
                         Some(gain) => {
                             let value = gain.as_f64().unwrap_or(f64::NAN);
-                            self.in_range(value, gain.span, "1/s", 1e6)
+                            self.in_range(value, gain.span, "1/s", (TINY, 1e6))
                         }
                         None => Some(1.0),
                     };
                     posture = self.named_posture(name, false).zip(gain);
                 }
                 SettingKind::Period(given) => {
-                    let value = self.positive(given, "s", 1e3);
+                    let value = self.positive(given, "s", TINY);
                     period = Some((setting.span, value.unwrap_or(1.0)));
                 }
                 _ => {}
@@ -386,11 +416,13 @@ impl Resolver<'_> {
         }
         let of_joints = |all: &[f64]| joints.iter().map(|at| all[*at]).collect::<Vec<f64>>();
         let limits = within.zip(period).map(|(_, (_, period))| {
-            let (lower, upper): (Vec<f64>, Vec<f64>) = ranges(self.robot).into_iter().unzip();
+            let kept = |range: (f64, f64)| self.choices.limits(range);
+            let (lower, upper): (Vec<f64>, Vec<f64>) =
+                ranges(self.robot).into_iter().map(kept).unzip();
             let fastest = self.robot.limits().into_iter().map(|limits| {
                 let said = limits.map(|limits| limits.velocity);
-                said.filter(|fastest| *fastest > 0.0)
-                    .unwrap_or(f64::INFINITY)
+                let said = said.filter(|fastest| *fastest > 0.0);
+                kept((0.0, said.unwrap_or(f64::INFINITY))).1
             });
             RateLimits {
                 lower: of_joints(&lower),

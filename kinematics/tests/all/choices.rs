@@ -270,10 +270,6 @@ fn wrong_choices_are_told() {
             "which `lengths mm` changes",
         ),
         (
-            "scalars f32; solver s { inverse pose wrist in base; };",
-            "inverse solvers search with f64 only",
-        ),
-        (
             "scalars f32; loop l { wrist = base; point; }; solver s { closed_positions; };",
             "loops are closed with f64 only",
         ),

@@ -11,6 +11,7 @@ const SIX: &str = include_str!("../../examples/six.urdf");
 const TEXT: &str = "import \"six.urdf\";
 Kinematics six
 {
+    scalars f64;
     posture home { elbow = 1; };
     solver fk { pose tool in base; jacobian tool in base; velocity tool in base; };
     solver go { accelerations; mass_matrix; payload part at tool; };
@@ -34,7 +35,18 @@ fn cpp_has_matrices_of_eigen() {
     let place = Command::new(python).args(["-c", place]).output();
     let place = String::from_utf8(place.expect("python").stdout).expect("a text");
     let eigen = format!("-I{}/cmeel.prefix/include/eigen3", place.trim());
-    let (cell, found) = load_beside(TEXT, &[("six.urdf", SIX)]);
+    for (kind, word, near) in [("f64", "double", 1e-9), ("f32", "float", 1e-4)] {
+        compared(&eigen, kind, word, near);
+    }
+}
+
+/// Numbers of `kind` are as near to those of 64 bits. `word` is their type in C++.
+fn compared(eigen: &str, kind: &str, word: &str, near: f64) {
+    let text_of = |kind| TEXT.replace("scalars f64", &format!("scalars {kind}"));
+    let (printed_cell, found) = load_beside(&text_of(kind), &[("six.urdf", SIX)]);
+    assert_eq!(found, "");
+    let printed_cell = printed_cell.expect("a cell");
+    let (cell, found) = load_beside(&text_of("f64"), &[("six.urdf", SIX)]);
     assert_eq!(found, "");
     let cell = cell.expect("a cell");
     let state = State {
@@ -75,13 +87,13 @@ fn cpp_has_matrices_of_eigen() {
         for (int column = 0; column < all.cols(); column++)\n            std::printf(\"%.17g\\n\", all(row, column));\n}\n\
         int main()\n{\n    (void)six_joints; (void)six_lower; (void)six_upper;\n",
     );
-    let six = "Eigen::Matrix<double, 6, 1>";
+    let six = format!("Eigen::Matrix<{word}, 6, 1>");
     write!(
         text,
-        "    {six} q, v, w;\n    q << {};\n    v << {};\n    w << {};\n    Eigen::Matrix<double, 10, 1> part;\n    part << {};\n\
+        "    {six} q, v, w;\n    q << {};\n    v << {};\n    w << {};\n    Eigen::Matrix<{word}, 10, 1> part;\n    part << {};\n\
         \x20   auto moved = six::fk(q, v);\n    show(moved.pose_tool_in_base);\n    show(moved.jacobian_tool_in_base);\n\
         \x20   show(moved.velocity_tool_in_base);\n    auto driven = six::go(q, v, v, part);\n    show(driven.accelerations);\n\
-        \x20   show(driven.mass_matrix);\n    Eigen::Matrix4d target = moved.pose_tool_in_base;\n\
+        \x20   show(driven.mass_matrix);\n    Eigen::Matrix<{word}, 4, 4> target = moved.pose_tool_in_base;\n\
         \x20   auto found = six::reach(target, v);\n    show(Eigen::Map<{six}>(found.positions));\n\
         \x20   found.reached = 0;\n    auto other = six::from_home(target);\n    show(Eigen::Map<{six}>(other.positions));\n\
         \x20   show(Eigen::Map<{six}>(six::push(q, w).velocities));\n    return 0;\n}}\n",
@@ -93,7 +105,7 @@ fn cpp_has_matrices_of_eigen() {
     .expect("a text");
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
-    std::fs::write(at("six.hpp"), rc_kinematics::cpp(&cell)).expect("a file");
+    std::fs::write(at("six.hpp"), rc_kinematics::cpp(&printed_cell)).expect("a file");
     std::fs::write(at("main.cpp"), text).expect("a file");
     // Warnings of Eigen are its own.
     let eigen = eigen.replacen("-I", "-isystem", 1);
@@ -110,8 +122,8 @@ fn cpp_has_matrices_of_eigen() {
     assert_eq!(numbers.len(), expected.len());
     for (one, other) in numbers.iter().zip(&expected) {
         assert!(
-            (one - other).abs() < 1e-9 * (1.0 + other.abs()),
-            "{one} {other}"
+            (one - other).abs() < near * (1.0 + other.abs()),
+            "{kind}: {one} {other}"
         );
     }
 }

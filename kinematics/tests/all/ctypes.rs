@@ -3,6 +3,7 @@
 use crate::load_beside;
 use crate::printed::{compiled, printed};
 use rc_robot::State;
+use std::path::Path;
 use std::process::Command;
 
 const SIX: &str = include_str!("../../examples/six.urdf");
@@ -10,6 +11,7 @@ const SIX: &str = include_str!("../../examples/six.urdf");
 const TEXT: &str = "import \"six.urdf\";
 Kinematics six
 {
+    scalars f64;
     posture home { elbow = 1; };
     solver fk { pose tool in base; jacobian tool in base; velocity tool in base; };
     solver go { accelerations; mass_matrix; payload part at tool; };
@@ -26,7 +28,7 @@ part = [1, 0, 0, 0.1, 0.01, 0, 0, 0.01, 0, 0.01]
 moved, driven = six.fk(q, v), six.go(q, v, v, part)
 assert moved.jacobian_tool_in_base.shape == (6, 6)
 found, other = six.reach(moved.pose_tool_in_base, v), six.from_home(moved.pose_tool_in_base)
-assert found.reached and other.reached and found.distance < 1e-6
+assert found.reached and other.reached and found.distance < 1e-6 * WIDER
 rates = six.push(q, moved.velocity_tool_in_base)
 for part in [*moved, *driven, found.positions, other.positions, *rates]:
     for number in part.flatten():
@@ -45,7 +47,19 @@ fn python_loads_a_library_in_c() {
     let packages = rc_test_support::python::packages;
     let python = packages("python-numpy", "numpy==2.3.4", test);
     let Some(python) = python else { return };
-    let (cell, found) = load_beside(TEXT, &[("six.urdf", SIX)]);
+    for (kind, wider, near) in [("f64", "1", 1e-9), ("f32", "10", 1e-4)] {
+        loaded(python, kind, wider, near);
+    }
+}
+
+/// Numbers of `kind` are as near to those of 64 bits.
+fn loaded(python: &Path, kind: &str, wider: &str, near: f64) {
+    let text = |kind| TEXT.replace("scalars f64", &format!("scalars {kind}"));
+    let program = PROGRAM.replace("WIDER", wider);
+    let (printed_cell, found) = load_beside(&text(kind), &[("six.urdf", SIX)]);
+    assert_eq!(found, "");
+    let printed_cell = printed_cell.expect("a cell");
+    let (cell, found) = load_beside(&text("f64"), &[("six.urdf", SIX)]);
     assert_eq!(found, "");
     let cell = cell.expect("a cell");
     let state = State {
@@ -77,9 +91,9 @@ fn python_loads_a_library_in_c() {
     expected.extend(achieved);
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
-    std::fs::write(at("six.c"), rc_kinematics::library(&cell)).expect("a file");
-    std::fs::write(at("six_ctypes.py"), rc_kinematics::loader(&cell)).expect("a file");
-    std::fs::write(at("main.py"), PROGRAM).expect("a file");
+    std::fs::write(at("six.c"), rc_kinematics::library(&printed_cell)).expect("a file");
+    std::fs::write(at("six_ctypes.py"), rc_kinematics::loader(&printed_cell)).expect("a file");
+    std::fs::write(at("main.py"), program).expect("a file");
     let output = Command::new(python)
         .arg(at("main.py"))
         .output()
@@ -95,8 +109,8 @@ fn python_loads_a_library_in_c() {
     assert_eq!(numbers.len(), expected.len());
     for (one, other) in numbers.iter().zip(&expected) {
         assert!(
-            (one - other).abs() < 1e-9 * (1.0 + other.abs()),
-            "{one} {other}"
+            (one - other).abs() < near * (1.0 + other.abs()),
+            "{kind}: {one} {other}"
         );
     }
 }

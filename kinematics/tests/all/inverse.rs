@@ -10,10 +10,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// An arm of six joints whose axes are those of a UR5.
-const SIX: &str = include_str!("../../examples/six.urdf");
+pub(crate) const SIX: &str = include_str!("../../examples/six.urdf");
 
 /// An arm of seven joints whose axes and limits are those of a Panda.
-const SEVEN: &str = include_str!("../robots/seven.urdf");
+pub(crate) const SEVEN: &str = include_str!("../robots/seven.urdf");
 
 /// The solvers of a robot. `inside` are more of them.
 fn cell(name: &str, robot: &str, inside: &str) -> Cell {
@@ -36,7 +36,7 @@ Kinematics {name}
 }
 
 /// Numbers from 0 to 1, in Rust that is printed into programs.
-const RANDOM: &str = "
+pub(crate) const RANDOM: &str = "
 struct Random(u64);
 impl Random {
     fn next(&mut self) -> f64 {

@@ -15,6 +15,7 @@ mod interpreted;
 mod inverse;
 mod printed;
 mod sets;
+mod single;
 mod straight;
 mod trees;
 

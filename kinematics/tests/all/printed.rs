@@ -324,23 +324,31 @@ fn code_in_three_languages_gives_the_same_numbers() {
 /// A crate without the standard library compiles what `math libm` prints.
 #[test]
 fn rust_needs_no_standard_library() {
-    let arm = "import \"arm.urdf\";\nKinematics cell { math libm;
-    solver fk { pose wrist in base; jacobian wrist in base; efforts; accelerations; };
-    solver reach { inverse pose wrist in base; within limits; };
-    solver push { inverse velocity wrist in base; within limits; period 1 ms; }; };";
-    let (cell, found) = load(arm);
+    for (kind, end) in [("f64", ""), ("f32", "f")] {
+        without_standard_library(kind, end);
+    }
+}
+
+fn without_standard_library(kind: &str, end: &str) {
+    let arm = format!(
+        "import \"arm.urdf\";\nKinematics cell {{ math libm; scalars {kind};
+    solver fk {{ pose wrist in base; jacobian wrist in base; efforts; accelerations; }};
+    solver reach {{ inverse pose wrist in base; within limits; }};
+    solver push {{ inverse velocity wrist in base; within limits; period 1 ms; }}; }};"
+    );
+    let (cell, found) = load(&arm);
     assert_eq!(found, "");
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let text = rc_kinematics::rust(&cell.expect("a cell"));
-    assert!(text.contains("libm::sin("));
+    assert!(text.contains(&format!("libm::sin{end}(")));
     std::fs::write(at("cell.rs"), text).expect("a file");
     std::fs::write(at("lib.rs"), "#![no_std]\npub mod cell;\n").expect("a file");
     // Only the names: the crate itself is not part of this workspace's tests.
     let one = ["sin", "cos", "sqrt", "floor"]
-        .map(|name| format!("pub fn {name}(a: f64) -> f64 {{ a }}\n"));
+        .map(|name| format!("pub fn {name}{end}(a: {kind}) -> {kind} {{ a }}\n"));
     let libm = format!(
-        "#![no_std]\n{}pub fn atan2(a: f64, _: f64) -> f64 {{ a }}\n",
+        "#![no_std]\n{}pub fn atan2{end}(a: {kind}, _: {kind}) -> {kind} {{ a }}\n",
         one.concat()
     );
     std::fs::write(at("libm.rs"), libm).expect("a file");

@@ -119,6 +119,15 @@ fn way(target: &[[f64; 4]; 4], pose: &[f64], length: f64) -> ([f64; 6], f64, f64
     (way, distance, angle)
 }
 
+/// The sum of the diagonal of a matrix.
+fn trace(matrix: &[[f64; 6]; 6]) -> f64 {
+    let mut sum = 0.0;
+    for row in 0..6 {
+        sum += matrix[row][row];
+    }
+    sum
+}
+
 /// Solves a symmetric positive system in place, by Cholesky's method.
 fn solve(matrix: &mut [[f64; 6]; 6], vector: &mut [f64; 6]) {
     for row in 0..6 {
@@ -154,7 +163,8 @@ fn solve(matrix: &mut [[f64; 6]; 6], vector: &mut [f64; 6]) {
 ///
 /// `motion` writes the pose of the frame (three rows of the homogeneous matrix) and its Jacobian (six
 /// rows) for some positions. `work` has [`room`] numbers. Each call ends after
-/// `iterations` computations of the motion from each of `closed`, from `positions`, and from each of `starts`.
+/// `iterations` computations of the motion from each of `closed`, from `positions`, and from each of `starts`, and one more if a joint
+/// without an end is turned back.
 pub fn pose(
     motion: impl Fn(&[f64], &mut [f64]),
     aim: &Aim<'_>,
@@ -224,8 +234,10 @@ pub fn pose(
                     }
                 }
             }
+            // In a direction in which no joint moves, more than rounding is left.
+            let rest = 2.0 * f64::EPSILON * trace(&matrix);
             for row in 0..6 {
-                matrix[row][row] += damping * cost + 1e-15;
+                matrix[row][row] += damping * cost + rest;
             }
             let mut pull = error;
             solve(&mut matrix, &mut pull);
@@ -275,14 +287,23 @@ pub fn pose(
             break;
         }
     }
+    let mut is_turned = false;
     for joint in 0..joints {
         if aim.endless[joint] {
             let turns = (positions[joint] - first[joint]) / core::f64::consts::TAU;
             let turns = f64::floor(turns + 0.5);
-            if f64::abs(turns) < 1e9 {
+            if turns != 0.0 && f64::abs(turns) < 1e9 {
                 positions[joint] -= turns * core::f64::consts::TAU;
+                is_turned = true;
             }
         }
+    }
+    if is_turned {
+        // Positions have fewer digits far from 0.
+        motion(positions, now);
+        found.iterations += 1;
+        (_, found.distance, found.angle) = way(aim.target, now, length);
+        found.reached = found.distance <= aim.near && found.angle <= aim.turned;
     }
     found
 }
@@ -374,7 +395,6 @@ pub fn velocity(
     let (preferred, work) = work.split_at_mut(joints);
     // 0: free; -1 and 1: at the least and the greatest velocity.
     let (held, _) = work.split_at_mut(joints);
-    let damping = wish.damping * wish.damping;
     let mut matrix = [[0.0; 6]; 6];
     let mut pull = [0.0; 6];
     for row in 0..6 {
@@ -385,7 +405,13 @@ pub fn velocity(
                 matrix[row][other] += part * jacobian[other * joints + joint];
             }
         }
-        matrix[row][row] += 1e-9;
+    }
+    // In a direction in which no joint moves, more than rounding is left.
+    let size = trace(&matrix);
+    let rest = 2.0 * f64::EPSILON * size;
+    let damping = wish.damping * wish.damping + rest;
+    for row in 0..6 {
+        matrix[row][row] += 1e-9 + rest;
     }
     solve(&mut matrix, &mut pull);
     for joint in 0..joints {
@@ -463,12 +489,17 @@ pub fn velocity(
         }
         // A joint that is better off without its limit is free again.
         let mut error = *wish.velocity;
+        let mut speed = 0.0;
         for row in 0..6 {
+            speed += f64::abs(error[row]);
             for joint in 0..joints {
-                error[row] -= jacobian[row * joints + joint] * velocities[joint];
+                let part = jacobian[row * joints + joint] * velocities[joint];
+                error[row] -= part;
+                speed += f64::abs(part);
             }
         }
-        let (mut gain, mut last) = (1e-12, joints);
+        let rounding = f64::EPSILON * f64::sqrt(size) * speed;
+        let (mut gain, mut last) = (1e-12 + rounding, joints);
         for joint in 0..joints {
             if held[joint] == 0.0 || wish.least[joint] == wish.most[joint] {
                 continue;
