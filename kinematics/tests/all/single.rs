@@ -115,12 +115,18 @@ fn main() {
 }
 ";
 
-/// Poses of a UR5 and of an arm with seven joints, within the tolerance that the file has without a word.
+/// Poses of a UR5 and of an arm with seven joints, within the tolerance that a file has without one, and within the least one.
 #[test]
 fn poses_are_found_with_32_bits() {
-    for (name, robot) in [("six", SIX), ("seven", SEVEN)] {
-        let wide = cell("wide", robot, "", "tolerance 1e-5 m 1e-5 rad;");
-        let narrow = cell("narrow", robot, "scalars f32;", "");
+    let (usual, least) = ("tolerance 1e-5 m 1e-5 rad;", "tolerance 6e-6 m 4e-6 rad;");
+    for (name, robot, [tolerance, own]) in [
+        ("six", SIX, [usual, ""]),
+        ("six", SIX, [least; 2]),
+        ("seven", SEVEN, [usual, ""]),
+        ("seven", SEVEN, [least; 2]),
+    ] {
+        let wide = cell("wide", robot, "", tolerance);
+        let narrow = cell("narrow", robot, "scalars f32;", own);
         let folder = tempfile::tempdir().expect("a folder");
         let numbers = run(folder.path(), &[&wide, &narrow], BESIDE);
         let &[
@@ -146,6 +152,33 @@ fn poses_are_found_with_32_bits() {
         assert!(said == 30.0 && worst < 1.01, "{name}: {numbers:?}");
         assert!(differ < 1e-2, "{name}: {numbers:?}");
     }
+}
+
+/// A straight elbow: by rounding, the pose is as often beyond the edge of reach. The closed form has it, so that no search is needed.
+#[test]
+fn poses_at_the_edge_of_reach_have_the_closed_form() {
+    let (wide, narrow) = (
+        cell("wide", SIX, "", ""),
+        cell("narrow", SIX, "scalars f32;", ""),
+    );
+    let main = "
+fn main() {
+    let random = &mut Random(11);
+    for _ in 0..100 {
+        let mut some = || -> [f64; 6] { std::array::from_fn(|_| random.next() * 6.0 - 3.0) };
+        let (mut from, last) = (some(), some());
+        from[2] = 0.0;
+        let target = wide::fk(&from).pose_tool_in_base.map(|row| row.map(|part| part as f32));
+        let answer = narrow::reach(&target, &last.map(|at| at as f32));
+        assert!(answer.reached);
+        println!(\"{}\", answer.iterations);
+    }
+}
+";
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut numbers = run(folder.path(), &[&wide, &narrow], main);
+    numbers.sort_unstable_by(f64::total_cmp);
+    assert!(numbers[90] <= 2.0, "{numbers:?}");
 }
 
 /// Joints without an end that are many turns away: the result is that of the positions there.
