@@ -4,6 +4,7 @@
 //!
 #![doc = include_str!("example.md")]
 
+mod cycle;
 mod mimic;
 mod xacro;
 
@@ -11,6 +12,10 @@ use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span};
 use rc_xml::XmlSource;
 use roxmltree::{Document, Node as Xml};
 use std::collections::{BTreeMap, HashMap};
+
+/// What to do with a joint that no tree has.
+const IS_A_TREE: &str =
+    "a URDF is a tree: leave one of these joints out; a `.kdsl` file closes a loop by `loop`";
 
 /// The kinds of motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,7 +130,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The links and joints. Names that are used twice or name nothing are errors, as are a second
-    /// joint above a link, and joints that follow each other in a circle.
+    /// joint above a link, joints that form a cycle, and joints that follow each other in a circle.
     pub fn structure<'d>(&mut self, top: Xml<'d, 'd>) -> Structure<'d> {
         let mut links: BTreeMap<String, Xml<'d, 'd>> = BTreeMap::new();
         let mut joints: Vec<Edge<'d>> = Vec::new();
@@ -174,7 +179,15 @@ impl<'a> Reader<'a> {
             let first = *children.entry(&child.text).or_insert(child.span);
             if first != child.span {
                 let message = format!("the link `{}` has two joints above it", child.text);
-                self.duplicate(child.span, message, first);
+                let error = Diagnostic::error("duplicate-id", child.span, message);
+                let error = error.label(first, "first used here");
+                self.found.push(error.help(IS_A_TREE));
+            }
+        }
+        if !self.found.has_errors() {
+            for (span, message) in cycle::cycles(&joints) {
+                let error = Diagnostic::error("unknown-link", span, message);
+                self.found.push(error.help(IS_A_TREE));
             }
         }
         let followers = joints.iter().filter_map(|edge| {

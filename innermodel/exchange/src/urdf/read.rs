@@ -101,7 +101,6 @@ impl Reader<'_> {
             .iter()
             .filter(|(name, _)| !children.contains(name.as_str()));
         let tops: Vec<(&String, &Xml<'d, 'd>)> = tops.collect();
-        let mut left = links.len();
         // The links still to read: their node, and how deep they are.
         let mut rest: Vec<(&str, Option<usize>, usize)> = Vec::new();
         for (name, _) in tops {
@@ -110,7 +109,6 @@ impl Reader<'_> {
             rest.push((name, node, 0));
         }
         while let Some((name, node, depth)) = rest.pop() {
-            left -= 1;
             let Some(xml) = links.get(name) else { continue };
             self.link(*xml, name, node);
             if depth == MAX_DEPTH {
@@ -123,14 +121,6 @@ impl Reader<'_> {
                 let inner = self.joint(edge, node);
                 rest.push((&edge.child.text, Some(inner), depth + 1));
             }
-        }
-        if left > 0 {
-            let span = self.urdf.text.tag(top);
-            self.urdf.error(
-                "unknown-link",
-                span,
-                "the joints of some links form a cycle".to_owned(),
-            );
         }
     }
 

@@ -75,7 +75,7 @@ fn wrong_parts_of_robots_are_refused_with_a_place() {
         ),
         (
             joint(r#"type="fixed"><parent link="b"/>"#),
-            "the joints of some links form a cycle",
+            "the joint `j` moves a link in itself",
         ),
         (
             r#"<link name="a"/><link name="b"/><joint type="fixed"><parent link="a"/><child link="b"/></joint>"#.to_owned(),

@@ -63,7 +63,10 @@ fn what_no_robot_has_is_refused_at_its_place() {
             joint("type=\"revolute\"><mimic joint=\"j\"/>"),
             "error[mimic-circle]",
         ),
-        (joint("type=\"fixed\"><parent link=\"b\"/>"), "form a cycle"),
+        (
+            joint("type=\"fixed\"><parent link=\"b\"/>"),
+            "error[unknown-link]: the joint `j` moves a link in itself (a URDF is a tree:",
+        ),
         (
             inertial("<mass value=\"-1\"/>"),
             "error[bad-value]: the mass is negative: -1 kg",
@@ -89,6 +92,44 @@ fn what_no_robot_has_is_refused_at_its_place() {
         assert!(found.contains(expected), "{inside}: {found}");
         assert_eq!(found.is_empty(), expected.is_empty(), "{inside}: {found}");
     }
+}
+
+/// Each has the joints of the cycle, and what to do. Links below a cycle are no part of it.
+#[test]
+fn what_is_no_tree_is_told_at_its_joints() {
+    let links = |count: usize| {
+        let links = (0..count).map(|at| format!("<link name=\"l{at}\"/>"));
+        links.collect::<String>()
+    };
+    let of = |joints: &[(usize, usize)]| {
+        let inside = joints.iter().enumerate().map(|(at, (parent, child))| {
+            format!(
+                "\n<joint name=\"j{at}\" type=\"fixed\"><parent link=\"l{parent}\"/><child link=\"l{child}\"/></joint>"
+            )
+        });
+        findings(&(links(9) + &inside.collect::<String>()))
+    };
+    let help =
+        "(a URDF is a tree: leave one of these joints out; a `.kdsl` file closes a loop by `loop`)";
+    assert_eq!(
+        of(&[(1, 2), (3, 4), (2, 3), (3, 1), (5, 6), (6, 5)]),
+        format!(
+            "robot.urdf:5:14: error[unknown-link]: the joints `j0`, `j2`, `j3` form a cycle {help}\n\
+            robot.urdf:7:14: error[unknown-link]: the joints `j4`, `j5` form a cycle {help}\n"
+        )
+    );
+    // All links are in the cycle.
+    let around: Vec<(usize, usize)> = (0..9).map(|at| (at, (at + 1) % 9)).collect();
+    let message = "the joints `j0`, `j1`, `j2`, `j3`, `j4` and 4 others form a cycle";
+    let found = of(&around);
+    assert!(found.contains(message), "{found}");
+    let found = of(&[(0, 1), (1, 3), (0, 2), (2, 3)]);
+    assert!(
+        found.starts_with(
+            "robot.urdf:5:63: error[duplicate-id]: the link `l3` has two joints above it;"
+        ) && found.contains(help),
+        "{found}"
+    );
 }
 
 /// Each follower would look at all before it.
