@@ -400,7 +400,8 @@ pub fn python(cell: &Cell) -> String {
         for (array, count) in arrays(cell, solver) {
             let _ = writeln!(
                 body,
-                "    if len({array}) != {count}:\n        raise ValueError(\"{count} numbers of {array} are expected\")"
+                "    if len({array}) != {count}:\n        \
+                raise ValueError(f\"expected {count} numbers of {array}, found {{len({array})}}\")"
             );
         }
         body += &in_python::statements(&solver.program, |at| {

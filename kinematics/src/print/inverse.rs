@@ -494,7 +494,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
     let mut lines = about(inverse);
     let length_of = |array: &str| {
         format!(
-            "    if len({array}) != {count}:\n        raise ValueError(\"{count} {array} are expected\")\n"
+            "    if len({array}) != {count}:\n        raise ValueError(f\"expected {count} numbers of {array}, found {{len({array})}}\")\n"
         )
     };
     let question = |lines: &mut Vec<String>, array: &str| {
@@ -545,7 +545,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
                 out,
                 "    wanted = [[float(one) for one in row] for row in {target}]\n\
                 \x20   if len(wanted) < 3 or any(len(row) != 4 for row in wanted):\n\
-                \x20       raise ValueError(\"4 rows of 4 numbers are expected\")\n\
+                \x20       raise ValueError(\"expected 4 rows of 4 numbers of target\")\n\
                 \x20   found, reached, distance, angle, iterations = _search(\n\
                 \x20       {motion},\n        wanted,\n        {:?},\n        {:?},\n        [{}],\n        [{}],\n        [{}],\n\
                 \x20       {},\n        [{}],\n        {},\n        [{}],\n    )\n",
@@ -577,7 +577,7 @@ pub(super) fn python(cell: &Cell, inverse: &Inverse) -> String {
             let _ = write!(
                 out,
                 "\n\ndef {name}(positions: Sequence[float], velocity: Sequence[float]) -> {of}:\n{}{}\
-                \x20   if len(velocity) != 6:\n        raise ValueError(\"6 numbers of a velocity are expected\")\n\
+                \x20   if len(velocity) != 6:\n        raise ValueError(f\"expected 6 numbers of velocity, found {{len(velocity)}}\")\n\
                 \x20   at = [float(one) for one in positions]\n\
                 \x20   found, achieved = _rates(\n\
                 \x20       {motion}([{}]),\n        [float(one) for one in velocity],\n        {:?},\n        [{}],\n        [{}],\n\

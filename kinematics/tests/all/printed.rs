@@ -321,6 +321,47 @@ fn code_in_three_languages_gives_the_same_numbers() {
     assert_eq!(bits(&in_python), bits(&in_rust));
 }
 
+/// The compiler compares arrays of Rust and vectors of C++.
+#[test]
+fn lists_of_the_wrong_length_are_refused_in_python() {
+    let text = "import \"arm.urdf\";\nKinematics cell {
+    solver fk { pose wrist in base; };
+    solver reach { inverse pose wrist in base; };
+    solver push { inverse velocity wrist in base; }; };";
+    let (cell, found) = load(text);
+    assert_eq!(found, "");
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let cell = cell.expect("a cell");
+    std::fs::write(at("cell.py"), rc_kinematics::python(&cell)).expect("a file");
+    let program = "import cell
+pose = cell.fk([0, 0, 0]).pose_wrist_in_base
+for wrong in [
+    lambda: cell.fk([0, 0]),
+    lambda: cell.reach(pose, [0, 0, 0, 0]),
+    lambda: cell.reach([[1, 0, 0, 0]], [0, 0, 0]),
+    lambda: cell.push([0], [0] * 6),
+    lambda: cell.push([0, 0, 0], [0] * 3),
+]:
+    try:
+        print(wrong())
+    except ValueError as error:
+        print(error)
+";
+    std::fs::write(at("main.py"), program).expect("a file");
+    let mut python = Command::new("python3");
+    let output = python.arg(at("main.py")).output().expect("python");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout),
+        "expected 3 numbers of positions, found 2\n\
+        expected 3 numbers of last, found 4\n\
+        expected 4 rows of 4 numbers of target\n\
+        expected 3 numbers of positions, found 1\n\
+        expected 6 numbers of velocity, found 3\n"
+    );
+}
+
 /// A crate without the standard library compiles what `math libm` prints.
 #[test]
 fn rust_needs_no_standard_library() {
