@@ -90,7 +90,8 @@ pub(crate) fn check(
                 member.instance.path
             );
             let error = Diagnostic::error("world-schema", span, message);
-            found.push(error.label(name.span, "the schema of the network"));
+            let error = error.label(name.span, "the schema of the network");
+            found.push(error.help("give all components of the network the same `.gdsl`"));
         }
         reason.is_none()
     });
@@ -345,7 +346,9 @@ fn readers(
             );
             let warning = Diagnostic::warning("world-unwritten", kind.span, message);
             let warning = warning.label(member.instance.name.span, "the component in the network");
-            found.push(warning);
+            found.push(warning.help(
+                "add a component that writes it, or a file that has one: `start \"FILE.graph\";`",
+            ));
         }
     }
 }
