@@ -36,13 +36,19 @@ def _id(text: str) -> int:
 
 
 class Attribute:
-    """The value of an attribute."""
+    """The value of an attribute: `Attribute(value)`, `Attribute(value, agent_id)` or `Attribute(value, timestamp, agent_id)`.
 
-    __slots__ = ("agent_id", "value")
+    Attributes of the world have no time. Its schema gives those a history whose past matters.
+    """
 
-    def __init__(self, value: Any, agent_id: int = 0) -> None:
+    __slots__ = ("agent_id", "timestamp", "value")
+
+    def __init__(self, value: Any, *of: int, timestamp: int | None = None, agent_id: int = 0) -> None:
+        if len(of) > 2:
+            raise TypeError("an Attribute has a value, a timestamp and an agent_id")
         self.value = value
-        self.agent_id = agent_id
+        self.timestamp = of[0] if len(of) == 2 else timestamp
+        self.agent_id = of[-1] if of else agent_id
 
     def __repr__(self) -> str:
         return f"Attribute({self.value!r})"
@@ -108,6 +114,10 @@ class DSRGraph:
     def get_agent_id(self) -> int:
         """0: replicas have numbers of their own, which are not chosen."""
         return 0
+
+    def get_agent_name(self) -> str:
+        """The name of the component in its network."""
+        return self._world._link.name()
 
     def _node(self, of: int | str) -> GraphNode | None:
         now: _graphs.Snapshot = self._world.snapshot().graph
@@ -304,6 +314,16 @@ class rt_api:  # noqa: N801
     def get_edge_RT(self, parent: Node, child: int) -> Edge | None:  # noqa: N802
         """The edge `RT` to a node."""
         return self._graph.get_edge(parent.id, child, _RT)
+
+    def get_edge_RT_as_rtmat(  # noqa: N802
+        self, edge: Edge, timestamp: int = 0
+    ) -> npt.NDArray[np.float64] | None:
+        """The homogeneous matrix from the end of an edge `RT` to its start."""
+        start = self._graph.get_name_from_id(edge.origin)
+        end = self._graph.get_name_from_id(edge.destination)
+        if start is None or end is None:
+            return None
+        return inner_api(self._graph).get_transformation_matrix(start, end, timestamp)
 
     def get_translation(self, parent: int, child: int) -> list[float] | None:
         """The translation of an edge `RT`."""

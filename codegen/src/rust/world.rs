@@ -22,6 +22,7 @@ const SPELLING: Spelling = Spelling {
         "None",
         "Ok",
         "Overruled",
+        "Sample",
         "Some",
         TRAIT,
         "View",

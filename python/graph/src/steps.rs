@@ -1,7 +1,7 @@
 //! The steps of a change, and their values.
 
 use property_graph::schema::Kind;
-use property_graph::{EdgeId, Edit, Element, NodeId, Value};
+use property_graph::{EdgeId, Edit, Element, NodeId, Sample, Value};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyInt, PyString};
@@ -77,6 +77,7 @@ pub(crate) fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<V
         Some(Kind::Float) if !is_bool && let Ok(number) = given.extract() => {
             return Ok(Value::Float(number));
         }
+        Some(Kind::Topic(_)) => return sample(given),
         _ => {}
     }
     if let Ok(yes) = given.cast::<PyBool>() {
@@ -124,4 +125,26 @@ pub(crate) fn value(given: &Bound<'_, PyAny>, kind: Option<&Kind>) -> PyResult<V
     }
     let numbers = items.iter().map(PyAnyMethods::extract::<f64>);
     Ok(Value::Floats(numbers.collect::<PyResult<_>>()?))
+}
+
+/// A reference to a sample, as a version has it: the topic, its type, and the number of the sample, which is a text
+/// if no integer of a query has it.
+fn sample(given: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let parts: Option<Vec<Bound<'_, PyAny>>> = given.extract().ok();
+    let sample = parts.as_deref().and_then(|parts| {
+        let [topic, kind, number] = parts else {
+            return None;
+        };
+        let in_text = || number.extract::<String>().ok()?.parse().ok();
+        Some(Sample {
+            topic: topic.extract().ok()?,
+            kind: kind.extract().ok()?,
+            sequence: number.extract().ok().or_else(in_text)?,
+        })
+    });
+    sample.map(Value::from).ok_or_else(|| {
+        PyTypeError::new_err(
+            "expected a topic, its type and the number of a sample, such as (\"camera.image\", \"RoboCompCamera::TImage\", 42)",
+        )
+    })
 }

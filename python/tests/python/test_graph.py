@@ -283,7 +283,8 @@ class Graphs(unittest.TestCase):
 WORLD = """
 Domain home
 {
-    entity thing { name string; width float optional; level int optional; open bool optional; at int[] optional; };
+    entity thing { name string; width float optional; level int optional; open bool optional; at int[] optional;
+        picture topic "Camera::Image" optional; };
     relation near { what thing; other thing; note string optional; };
 };
 """
@@ -381,6 +382,23 @@ class Worlds(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "`level` of `thing` is int, found float"), self.g.change() as edit:
             edit.node("a").set("level", 0.5)
 
+    def test_a_reference_to_a_sample_is_set_as_it_is_read(self):
+        self.add("a", "b")
+        for number, found in [(42, 42), (2**64 - 1, str(2**64 - 1))]:
+            with self.g.change() as edit:
+                edit.node("a").set("picture", ("camera.image", "Camera::Image", number))
+            picture = self.g.snapshot().node("a").get("picture")
+            self.assertEqual(picture, ["camera.image", "Camera::Image", found])
+            with self.g.change() as edit:
+                edit.node("b").set("picture", picture)
+            self.assertEqual(self.g.snapshot().node("b").get("picture"), picture)
+        for wrong in ["camera.image", ("camera.image", "Camera::Image"), ("camera.image", "Camera::Image", -1), 42]:
+            with self.assertRaisesRegex(TypeError, "expected a topic, its type"), self.g.change() as edit:
+                edit.node("a").set("picture", wrong)
+        other = ("camera.image", "Lidar::Scan", 1)
+        with self.assertRaisesRegex(ValueError, "Lidar::Scan"), self.g.change() as edit:
+            edit.node("a").set("picture", other)
+
     def test_a_version_has_the_change_of_a_token(self):
         other = Link()
         other.unique = lambda: 18
@@ -439,6 +457,31 @@ class Worlds(unittest.TestCase):
         self.assertEqual((len(worker.near), calls), (1, ["b"]))
         self.assertFalse(self.ctx._turn_world(worker))
         self.assertIsNone(graph.get_node(1 << 64))
+
+
+class Agents(unittest.TestCase):
+    def test_calls_of_pydsr_are_those_of_a_world(self):
+        g = world.World(Link(), world.View, world.Edit, [("agents.gdsl", 'import "dsr.gdsl"; Domain agents open { };')], None)
+        WithWorld(g._link)._open_world(g)
+        graph = dsr.DSRGraph(g)
+        self.assertEqual(graph.get_agent_name(), "one")
+        for made, expected in [
+            (dsr.Attribute(5), (5, None, 0)),
+            (dsr.Attribute(5, 7), (5, None, 7)),
+            (dsr.Attribute(5, 1_000, 7), (5, 1_000, 7)),
+            (dsr.Attribute(value=5, timestamp=1_000, agent_id=7), (5, 1_000, 7)),
+        ]:
+            self.assertEqual((made.value, made.timestamp, made.agent_id), expected)
+        with self.assertRaises(TypeError):
+            dsr.Attribute(5, 1, 2, 3)
+        poses = dsr.rt_api(graph)
+        nodes = [dsr.Node(0, "room", name) for name in ("room", "table")]
+        room, table = (graph.insert_node(node) for node in nodes)
+        self.assertTrue(poses.insert_or_assign_edge_RT(nodes[0], table, [1, 2, 0], [0, 0, math.pi / 2]))
+        matrix = poses.get_edge_RT_as_rtmat(poses.get_edge_RT(nodes[0], table))
+        expected = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]]
+        self.assertTrue(np.allclose(matrix, expected), matrix)
+        self.assertIsNone(poses.get_edge_RT_as_rtmat(dsr.Edge(room, 1 << 64, "RT")))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 #[macro_export]
 macro_rules! world {
     () => {
-        pub use $crate::{Overruled, dsr};
+        pub use $crate::{Overruled, Sample, dsr};
 
         /// The world that the component shares with others.
         pub struct World(pub(crate) $crate::Member);
