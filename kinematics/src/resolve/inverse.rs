@@ -379,7 +379,7 @@ impl Resolver<'_> {
                         continue;
                     }
                     let message = format!(
-                        "expected a number from {least} to 1000, found {}",
+                        "expected a number from {least:e} to 1000, found {}",
                         number.described()
                     );
                     self.error("bad-value", number.span, message);

@@ -346,7 +346,7 @@ fn settings_below_rounding_are_told() {
         ),
         (
             "inverse velocity tool in base; damped 0.001;",
-            "expected a number from 0.003 to 1000",
+            "expected a number from 3e-3 to 1000",
         ),
     ] {
         let text = |choices: &str| {
