@@ -14,8 +14,7 @@ const DIFFERENTIAL: [(&str, &[&str]); 2] = [
 /// The limit for builds, compilers and a run.
 const LIMIT: Duration = Duration::from_mins(30);
 
-/// Measures all; with `smoke`, a few repetitions for one robot, without differential inverse kinematics.
-pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
+pub(crate) fn run() -> Result<(), Failure> {
     let python = pypi::packages(
         "bench-kinematics",
         &[
@@ -27,17 +26,12 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         ],
     )?;
     // A workspace of its own, so that nothing else compiles it.
-    let profile = if smoke { "dev" } else { "release" };
-    let words = "--quiet --manifest-path xtask/bench/kinematics/Cargo.toml";
-    let words: Vec<&str> = ["run", "--profile", profile]
-        .into_iter()
-        .chain(words.split(' '))
-        .collect();
+    let words = "run --release --quiet --manifest-path xtask/bench/kinematics/Cargo.toml";
+    let words: Vec<&str> = words.split(' ').collect();
     let mut bench = cargo(&words)?;
     let folder = target()?.join("bench_kinematics");
     bench.arg("--").arg(folder).arg(python);
-    let others: &[_] = if smoke { &[] } else { &DIFFERENTIAL };
-    for &(name, packages) in others {
+    for (name, packages) in DIFFERENTIAL {
         match pypi::packages(&format!("bench-{name}"), packages) {
             Ok(python) => _ = bench.arg(name).arg(python),
             Err(reason) => eprintln!("xtask: there is no row beside {name}: {reason}"),

@@ -91,8 +91,7 @@ fn main() -> ExitCode {
         ["bench", "place", "--smoke"] => place::run(true).map_err(|e| e.to_string()),
         ["bench", "time"] => lockstep::run(false).map_err(|e| e.to_string()),
         ["bench", "time", "--smoke"] => lockstep::run(true).map_err(|e| e.to_string()),
-        ["bench", "kinematics"] => kinematics::run(false).map_err(|e| e.to_string()),
-        ["bench", "kinematics", "--smoke"] => kinematics::run(true).map_err(|e| e.to_string()),
+        ["bench", "kinematics"] => kinematics::run().map_err(|e| e.to_string()),
         ["soak", "kinematics"] => kinematics::soak().map_err(|e| e.to_string()),
         ["bench", "innermodel"] => innermodel::run().map_err(|e| e.to_string()),
         ["bench", "convert"] => convert::run(false).map_err(|e| e.to_string()),
@@ -169,7 +168,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | cpp [--smoke] | editor [--smoke] | fresh [--smoke] | generator | kinematics [--smoke] | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [boot | chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [components] [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | cpp [--smoke] | editor [--smoke] | fresh [--smoke] | generator | kinematics | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [boot | chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [components] [--smoke]"
             );
             return ExitCode::from(2);
         }

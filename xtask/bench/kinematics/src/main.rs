@@ -19,12 +19,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// With `--smoke`, the bench is not optimised: a few repetitions for one robot, whose times say nothing.
-const IS_SMOKE: bool = cfg!(debug_assertions);
-
 /// Runs of a block, and the blocks of each function.
-const RUNS: usize = if IS_SMOKE { 20 } else { 2_000 };
-const BLOCKS: usize = if IS_SMOKE { 3 } else { 41 };
+const RUNS: usize = 2_000;
+const BLOCKS: usize = 41;
 /// Different positions of one block.
 const STATES: usize = 64;
 
@@ -301,7 +298,7 @@ fn main() {
     compiled(&[
         "c++",
         "-std=c++17",
-        if IS_SMOKE { "-O0" } else { "-O3" },
+        "-O3",
         "-DNDEBUG",
         "-w",
         // As its CMake files say.
@@ -318,7 +315,7 @@ fn main() {
         "-lpinocchio_default",
         "-Wl,--allow-shlib-undefined",
     ]);
-    for robot in &ROBOTS[..if IS_SMOKE { 1 } else { ROBOTS.len() }] {
+    for robot in &ROBOTS {
         let file = prefix
             .join("share/example-robot-data/robots")
             .join(robot.file);
@@ -400,7 +397,7 @@ fn main() {
     let (beside, is_met) = peers::rows(&ROBOTS[0], &urdf, folder, python, &others);
     met &= is_met;
     print!("{rows}\n{facts}\n{beside}");
-    if !met && !IS_SMOKE {
+    if !met {
         eprintln!("xtask: a goal was missed");
     }
 }

@@ -2,7 +2,7 @@
 //! CMake for a library of C++. Also beside the packages of [`differential`].
 
 use crate::differential;
-use crate::{BLOCKS, IS_SMOKE, RUNS, Robot, STATES, around, c, cell_of, compiled, rust, states, times};
+use crate::{BLOCKS, RUNS, Robot, STATES, around, c, cell_of, compiled, rust, states, times};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use std::time::Instant;
 const GOALS: [f64; 4] = [1.0, 0.2, 0.3, 1.2];
 
 /// How often a program is compiled: the least time counts.
-const COMPILATIONS: usize = if IS_SMOKE { 1 } else { 5 };
+const COMPILATIONS: usize = 5;
 
 /// The median time of a call, in ns.
 fn median(mut call: impl FnMut(usize)) -> f64 {
