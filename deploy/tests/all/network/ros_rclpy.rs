@@ -213,12 +213,14 @@ fn rclpy_reads_the_log() {
     let component = domain.start_local(&unknown);
     let said = lines(&domain, python, "rosout.py", &[]);
     assert_eq!(said[0], "published True");
-    let [early, change] = &said[1..] else {
+    let [early, by_hand, change] = &said[1..] else {
         panic!("{said:?}\n{}", component.log());
     };
     // The levels of rcl_interfaces/msg/Log.
     assert!(early.starts_with("30 src/settings.rs remap"), "{early}");
     assert!(early.contains("Gosip"), "{early}");
+    let expected = "20 src/stages.rs started without rcdeploy: this component calls servers at ";
+    assert!(by_hand.starts_with(expected), "{by_hand}");
     let expected = "20 src/parameter_server.rs parameter speed";
     assert!(change.starts_with(expected), "{change}");
     drop(component);
