@@ -6,7 +6,6 @@ use crate::handles;
 use crate::parameters;
 use crate::status::{Answer, DONE, EXCEPTION};
 use rc_configuration::Parameters;
-use rc_host::link;
 use rc_host::{
     Image, KeptCounts, Operation, Program, Session, bodies, drop_abandoned, session, undecodable,
 };
@@ -20,7 +19,7 @@ use rc_runtime::{
     Body, CallEnd, Collect, Collected, Core, Member, ParamChange, Ports, StartError, Values,
     WorkerError,
 };
-use rc_values::{Struct, encode_body};
+use rc_values::Struct;
 use std::os::fd::{AsRawFd, BorrowedFd};
 use std::sync::Arc;
 use std::time::Duration;
@@ -479,10 +478,9 @@ impl Joined for Component {
             let Some(operation) = program.operation(*slot, *operation) else {
                 continue;
             };
-            let fresh = link::collected(operation, sample)?;
-            let body = encode_body(&fresh.value).map_err(undecodable)?;
+            let fresh = bodies::collected(operation, sample)?;
             writer.put(&age(fresh.freshness));
-            writer.put(&body);
+            writer.put(&fresh.value);
         }
         let body = writer
             .finish()

@@ -179,9 +179,8 @@ pub(crate) fn age(of: Freshness) -> i64 {
 pub(crate) fn newest(slot: usize, operation: usize) -> Result<Answer, Answer> {
     let program = program()?;
     let described = link::operation(&program, slot, operation)?;
-    let newest = link::newest(slot, operation, described)??;
-    let body = encode_body(&newest.value).map_err(internal)?;
-    Ok(Answer::new(DONE, age(newest.freshness), body))
+    let newest = bodies::newest(slot, operation, described)??;
+    Ok(Answer::new(DONE, age(newest.freshness), newest.value))
 }
 
 /// Sets the result that answers a query.

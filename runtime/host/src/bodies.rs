@@ -4,10 +4,11 @@
 use crate::description::Operation;
 use crate::error::HostError;
 use crate::replies::undecodable;
-use crate::session::with;
+use crate::session::{with, with_core};
 use crate::wire;
 use rc_middleware::typed::{Call, Ended, expect_result};
-use rc_middleware::{CallError, DecodeError, EncodeError, Reader, SendError, Writer};
+use rc_middleware::{CallError, DecodeError, EncodeError, Fresh, Reader, SendError, Writer};
+use rc_runtime::{Collected, FreshSlot};
 use rc_values::Struct;
 use std::sync::Arc;
 
@@ -126,6 +127,36 @@ pub fn publish(
     })
 }
 
+/// The newest sample of a topic, as the structure of its values, with its age.
+///
+/// # Errors
+/// The outer one: no function of the worker runs. The inner one: there is no sample that may be used.
+pub fn newest(
+    slot: usize,
+    number: usize,
+    operation: &Operation,
+) -> Result<Result<Fresh<Vec<u8>>, CallError>, HostError> {
+    with_core(|core| {
+        FreshSlot::new(core, slot).newest(number, |reader| copied(&operation.request, reader))
+    })
+}
+
+/// The body of a sample that was collected, with its age.
+///
+/// # Errors
+/// It is not of its type.
+pub fn collected(operation: &Operation, sample: &Collected) -> Result<Fresh<Vec<u8>>, DecodeError> {
+    sample.read(|reader| copied(&operation.request, reader))
+}
+
+/// Copies a structure in either encoding.
+fn copied(ty: &Arc<Struct>, reader: &mut Reader<'_>) -> Result<Vec<u8>, DecodeError> {
+    let mut writer = Writer::over(Vec::with_capacity(reader.rest().len()));
+    wire::copy(ty, reader, &mut writer).map_err(undecodable)?;
+    writer.finish()?;
+    Ok(writer.into_bytes())
+}
+
 /// Reads the variant of a reply.
 fn reply(operation: &Operation, case: i32, reader: &mut Reader<'_>) -> Result<Reply, CallError> {
     let mut body = Vec::new();
@@ -138,11 +169,7 @@ fn reply(operation: &Operation, case: i32, reader: &mut Reader<'_>) -> Result<Re
     };
     // A reply of an operation that throws may lack the octet of an empty structure.
     if thrown.is_some() || !operation.reply.members.is_empty() {
-        let mut writer = Writer::over(Vec::with_capacity(reader.rest().len()));
-        wire::copy(ty, reader, &mut writer)
-            .map_err(|error| CallError::Malformed(undecodable(error)))?;
-        writer.finish().map_err(DecodeError::from)?;
-        body = writer.into_bytes();
+        body = copied(ty, reader).map_err(CallError::Malformed)?;
     }
     Ok(Reply { case, body })
 }

@@ -8,7 +8,7 @@ use crate::replies::undecodable;
 use crate::sample::copied;
 use crate::session::{self, with};
 use crate::wire::{read, write};
-use rc_middleware::typed::{Call, Ended, TypedClient, expect_result};
+use rc_middleware::typed::{TypedClient, expect_result};
 use rc_middleware::{CallError, DecodeError, Fresh, Freshness, Reader, SendError};
 use rc_runtime::{Awaited, Collected, FreshSlot, LatestSlot};
 use rc_values::Value;
@@ -100,34 +100,6 @@ pub fn command(
     })
 }
 
-/// Starts a query, whose result will be an `R`, and returns at once.
-///
-/// # Errors
-/// As of [`query`].
-pub fn start<R>(
-    slot: usize,
-    operation: &Operation,
-    request: &Value,
-) -> Result<Result<Call<R, CallError>, CallError>, HostError> {
-    with(|session| {
-        let client = session.client(slot)?;
-        Ok(client.start_with(&operation.wire, |writer| write(request, writer)))
-    })
-}
-
-/// The answer to a query that was started and has ended.
-///
-/// # Errors
-/// The call failed.
-pub fn ended(operation: &Operation, ended: Ended<'_>) -> Result<Answer, CallError> {
-    ended.read(|case, reader| {
-        answer(operation, case, reader, |reader| {
-            let value = read(&operation.reply, reader);
-            value.map(Answer::Result).map_err(undecodable)
-        })
-    })?
-}
-
 /// Publishes a sample on the topic of an operation.
 ///
 /// # Errors
@@ -210,29 +182,18 @@ fn call(
     request: &Value,
     result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError>,
 ) -> Result<Answer, CallError> {
-    client.call_with(
-        &operation.wire,
-        |writer| write(request, writer),
-        |case, reader| answer(operation, case, reader, result),
-    )
-}
-
-/// Reads the variant of a reply.
-fn answer(
-    operation: &Operation,
-    case: i32,
-    reader: &mut Reader<'_>,
-    result: impl FnOnce(&mut Reader<'_>) -> Result<Answer, DecodeError>,
-) -> Result<Answer, CallError> {
-    if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
-        return read(&thrown.ty, reader)
-            .map(Answer::Exception)
-            .map_err(|error| CallError::Malformed(undecodable(error)));
-    }
-    expect_result(case)?;
-    if operation.reply.members.is_empty() {
-        let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
-        return Ok(Answer::Result(empty));
-    }
-    result(reader).map_err(CallError::Malformed)
+    let answer = |case, reader: &mut Reader<'_>| {
+        if let Some(thrown) = operation.throws.iter().find(|thrown| thrown.id == case) {
+            return read(&thrown.ty, reader)
+                .map(Answer::Exception)
+                .map_err(|error| CallError::Malformed(undecodable(error)));
+        }
+        expect_result(case)?;
+        if operation.reply.members.is_empty() {
+            let empty = Value::Struct(Arc::clone(&operation.reply), Vec::new());
+            return Ok(Answer::Result(empty));
+        }
+        result(reader).map_err(CallError::Malformed)
+    };
+    client.call_with(&operation.wire, |writer| write(request, writer), answer)
 }
