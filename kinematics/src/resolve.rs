@@ -5,6 +5,7 @@ mod grounding;
 mod inverse;
 mod tree;
 
+use self::cells::Conditions;
 use crate::ast::{self, MotionPart, OutputKind, Quantity};
 use crate::cell::{
     Asked, Cell, Choices, Computed, Output, Payload, Shape, Solver, Subject, recorded,
@@ -135,15 +136,6 @@ pub fn load(
         inverses,
     };
     (Some(cell), found)
-}
-
-/// What all outputs of a solver are under.
-struct Conditions {
-    gravity: [f64; 3],
-    /// The coordinates that stay.
-    held: Vec<usize>,
-    /// Those without a motor.
-    passive: Vec<usize>,
 }
 
 struct Resolver<'r> {

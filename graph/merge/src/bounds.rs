@@ -194,7 +194,7 @@ impl Replica {
         Ok(())
     }
 
-    /// Counts what is new.
+    /// Refuses more writers, elements and attributes than a replica keeps.
     fn check_new_ones(&self, delta: &Delta) -> Result<(), Error> {
         let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
         let mut new: HashSet<Id> = HashSet::new();

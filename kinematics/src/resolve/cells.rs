@@ -1,6 +1,6 @@
 //! Resolves the robots of a cell: how they are held, and which frames stay together.
 
-use super::{Conditions, Resolver, tree};
+use super::{Resolver, tree};
 use crate::ast::{self, OutputKind};
 use crate::cell::{OfLoops, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
@@ -141,6 +141,16 @@ fn hold(cell: &mut Robot, mount: &ast::Mount, found: &mut Diagnostics) {
             Diagnostic::error("duplicate-name", link.span, message)
         }
     });
+}
+
+/// The settings of a solver that hold for all its outputs.
+pub(super) struct Conditions {
+    /// Acceleration in m/s².
+    pub(super) gravity: [f64; 3],
+    /// Indices of coordinates that do not move.
+    pub(super) held: Vec<usize>,
+    /// Indices of coordinates without a motor.
+    pub(super) passive: Vec<usize>,
 }
 
 impl Resolver<'_> {

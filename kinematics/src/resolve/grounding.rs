@@ -66,7 +66,7 @@ impl Choices {
         }
     }
 
-    /// Limits as printed code has them. Of 32 bits, they are the numbers next to the own ones that no joint passes.
+    /// Limits as printed code has them. With 32 bits, they are rounded into the range, so that no joint passes its limit.
     #[expect(clippy::cast_possible_truncation, reason = "rounded on purpose")]
     pub(crate) fn limits(&self, (lower, upper): (f64, f64)) -> (f64, f64) {
         if !self.is_single {

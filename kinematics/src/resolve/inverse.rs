@@ -9,10 +9,10 @@ use rc_robot::Chain;
 use rc_syntax::{Literal, Name};
 use std::collections::HashMap;
 
-/// The least number of a setting: squares of less are not numbers.
+/// The least number of a setting: the square of a smaller one may underflow.
 const TINY: f64 = 1e-12;
 
-/// The least damping of velocities. Of 32 bits, its square is more than rounding.
+/// The least damping of velocities, with 64 and with 32 bits. Its square is greater than rounding errors.
 const LEAST_DAMPING: [f64; 2] = [1e-6, 0.003];
 
 /// The tolerance of a search with numbers of 32 bits, in m and in rad.

@@ -22,7 +22,7 @@ unsafe impl Send for Lent {}
 
 /// Samples whose objects ended on another thread.
 static ABANDONED: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
-/// Whether there may be one. Each function of a worker asks.
+/// Whether a sample may wait. Each function of a worker asks, so it takes no lock.
 static ANY: AtomicBool = AtomicBool::new(false);
 
 impl Lent {
