@@ -172,9 +172,9 @@ def _search(
     is_turned = False
     for joint in joints:
         if endless[joint] and abs(at[joint] - first[joint]) < 1e9:
-            turns = math.floor((at[joint] - first[joint]) / math.tau + 0.5)
-            at[joint] -= turns * math.tau
-            is_turned = is_turned or turns != 0
+            whole = math.floor((at[joint] - first[joint]) / math.tau + 0.5)
+            at[joint] -= whole * math.tau
+            is_turned = is_turned or whole != 0
     if is_turned:
         # Positions have fewer digits far from 0.
         _, distance, angle = _way(target, motion(at)[0], length)
