@@ -3,7 +3,9 @@
 
 use crate::markdown::ROOT;
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt;
 use std::process::Command;
 
 /// The packages of libraries for components in C++ and Python, whose files have no hash in their names.
@@ -23,8 +25,10 @@ struct Graph {
 struct Unit {
     pkg_id: String,
     target: Target,
+    profile: BTreeMap<String, Value>,
     mode: String,
     features: BTreeSet<String>,
+    dependencies: Vec<Dependency>,
 }
 
 #[derive(Deserialize)]
@@ -32,11 +36,20 @@ struct Target {
     name: String,
 }
 
-/// The sets of features of each target: build scripts and macros may have others than programs.
-type Features = BTreeMap<(String, String), BTreeSet<BTreeSet<String>>>;
+#[derive(Deserialize)]
+struct Dependency {
+    index: usize,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (package, target) = (&self.pkg_id, &self.target.name);
+        write!(f, "{package} {target} ({}) {:?}", self.mode, self.features)
+    }
+}
 
 /// What cargo would compile.
-fn graph(words: &[&str]) -> Features {
+fn graph(words: &[&str]) -> Graph {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command
@@ -51,29 +64,90 @@ fn graph(words: &[&str]) -> Features {
     let printed = command.output().expect("cargo");
     let said = String::from_utf8_lossy(&printed.stderr);
     assert!(printed.status.success(), "{said}");
-    let graph: Graph = serde_json::from_slice(&printed.stdout).expect("a graph");
-    let mut features = Features::new();
-    for unit in graph.units.into_iter().filter(|unit| unit.mode == "build") {
-        let target = features.entry((unit.pkg_id, unit.target.name));
-        target.or_default().insert(unit.features);
+    let mut graph: Graph = serde_json::from_slice(&printed.stdout).expect("a graph");
+    for unit in &mut graph.units {
+        // `dev` and `test` are two names of equal settings.
+        unit.profile.remove("name");
     }
-    features
+    graph
+}
+
+/// A number for each unit of a graph. Units have the same one if cargo compiles them the same way, with the same
+/// dependencies. A package can be compiled in two ways, for programs and for build scripts, so its features are not enough.
+fn numbers(graph: &Graph, known: &mut HashMap<String, usize>) -> Vec<usize> {
+    fn number(
+        at: usize,
+        graph: &Graph,
+        known: &mut HashMap<String, usize>,
+        done: &mut [Option<usize>],
+    ) -> usize {
+        if let Some(number) = done[at] {
+            return number;
+        }
+        let unit = &graph.units[at];
+        let below: BTreeSet<usize> = unit
+            .dependencies
+            .iter()
+            .map(|dependency| number(dependency.index, graph, known, done))
+            .collect();
+        let Unit {
+            pkg_id,
+            target,
+            profile,
+            mode,
+            features,
+            ..
+        } = unit;
+        let name = &target.name;
+        let key = format!("{pkg_id} {name} {mode} {features:?} {profile:?} {below:?}");
+        let next = known.len();
+        let number = *known.entry(key).or_insert(next);
+        done[at] = Some(number);
+        number
+    }
+    let mut done = vec![None; graph.units.len()];
+    (0..graph.units.len())
+        .map(|at| number(at, graph, known, &mut done))
+        .collect()
 }
 
 #[test]
-fn a_library_has_the_features_of_the_whole_workspace() {
+fn a_library_is_compiled_as_in_the_whole_workspace() {
+    let mut known = HashMap::new();
     let whole = graph(&["test", "--no-run", "--workspace"]);
+    let whole_numbers = numbers(&whole, &mut known);
+    let in_whole: BTreeSet<usize> = whole_numbers.iter().copied().collect();
     for package in LIBRARIES {
         let own = graph(&["build", "--package", package]);
-        assert!(own.len() > 50, "{package}: {}", own.len());
+        assert!(own.units.len() > 50, "{package}: {}", own.units.len());
+        let own_numbers = numbers(&own, &mut known);
+        let is_other = |at: usize| !in_whole.contains(&own_numbers[at]);
         let mut other = Vec::new();
-        for (target, sets) in own {
-            let known = whole.get(&target).cloned().unwrap_or_default();
-            if !sets.is_subset(&known) {
-                other.push(format!(
-                    "{} {}: {sets:?}, in the workspace {known:?}",
-                    target.0, target.1
-                ));
+        for (at, unit) in own.units.iter().enumerate() {
+            // Those above differ because of it.
+            let mut below = unit.dependencies.iter();
+            if !is_other(at) || below.any(|dependency| is_other(dependency.index)) {
+                continue;
+            }
+            other.push(format!("{unit}, in the workspace:"));
+            let same = |at: &usize| {
+                let of = &whole.units[*at];
+                of.pkg_id == unit.pkg_id && of.target.name == unit.target.name
+            };
+            for at in (0..whole.units.len()).filter(same) {
+                let of = &whole.units[at];
+                other.push(format!("    {of}"));
+                let there: BTreeSet<usize> = of
+                    .dependencies
+                    .iter()
+                    .map(|dependency| whole_numbers[dependency.index])
+                    .collect();
+                for dependency in &unit.dependencies {
+                    if !there.contains(&own_numbers[dependency.index]) {
+                        let wanted = &own.units[dependency.index];
+                        other.push(format!("        which has not {wanted}"));
+                    }
+                }
             }
         }
         assert!(
