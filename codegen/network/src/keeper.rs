@@ -12,6 +12,9 @@ use std::rc::Rc;
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
+/// The component that writes the frames of a robot.
+const KINEMATICS: &str = "kinematics";
+
 /// Whether a component meets other replicas of a world by slots of its own, so that its schema is that of the network.
 pub(crate) fn shares_any(project: &Project) -> bool {
     let component = &project.component;
@@ -20,6 +23,13 @@ pub(crate) fn shares_any(project: &Project) -> bool {
             let interface = component.library.interface_path(slot.interface);
             slot.role == Role::Publishes && interface == WORLD_SLOTS[0].type_name
         })
+}
+
+/// What a component sets in the world of any network, as a clause `world` would say it: such components have none, and limit
+/// themselves when they run. `None` for everything.
+pub(crate) fn written(project: &Project) -> Option<Vec<String>> {
+    let of_robot = ["Frame", "RT", "RT.pose stream 20ms"];
+    (project.component.name.text == KINEMATICS).then(|| of_robot.map(str::to_owned).to_vec())
 }
 
 /// Gives each component that shares the world of any network the schema and the files of the world: those of its parameters with

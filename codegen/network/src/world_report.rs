@@ -1,5 +1,6 @@
 //! The world of a network, for the preview and the picture.
 
+use crate::keeper;
 use crate::model::Network;
 use rc_cdsl::model::Write;
 use rc_vocabulary::duration;
@@ -47,7 +48,16 @@ impl WorldReport {
         let members = instances
             .zip(&network.projects)
             .filter_map(|(instance, project)| {
-                let clause = project.as_ref()?.component.world.as_ref()?;
+                let project = project.as_ref()?;
+                let Some(clause) = project.component.world.as_ref() else {
+                    let writes = keeper::written(project);
+                    return keeper::shares_any(project).then(|| WorldMember {
+                        component: instance.path.clone(),
+                        name: world.name.text.clone(),
+                        reads: writes.as_ref().map(|_| Vec::new()),
+                        writes,
+                    });
+                };
                 let access = clause.access.as_ref();
                 Some(WorldMember {
                     component: instance.path.clone(),

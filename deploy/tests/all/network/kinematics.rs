@@ -183,6 +183,14 @@ fn frames_of_a_robot_are_in_the_world_of_its_network() {
         assert_eq!(found, is_found, "{checked:?}");
     }
     site.write_ddsl(SHARED);
+    let plan = site.rcdeploy(&["plan", "--profile", "dev"], true);
+    for line in [
+        "world g: home.gdsl, begins with kitchen.graph",
+        "    keeper      writes and reads everything",
+        "    kinematics  writes Frame, RT, RT.pose stream 20ms",
+    ] {
+        assert!(plan.stdout.contains(line), "{plan:?}");
+    }
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let tool = |words: &[&str]| site.rcdeploy(words, false);
