@@ -2,6 +2,7 @@
 # metre counts as a radian. Argument: the library of the motion.
 import ctypes
 import json
+import multiprocessing
 import sys
 
 import numpy
@@ -24,10 +25,18 @@ def way(q, target):
 
 
 random = numpy.random.default_rng(1)
-nearest = []
-for one in case["cases"]:
-    target = numpy.array(one["target"])
-    begins = lower + random.random((BEGINNINGS, len(lower))) * (upper - lower)
+
+
+def nearest(question):
+    target, begins = question
     found = [least_squares(way, begin, bounds=(lower, upper), args=(target,), xtol=1e-12) for begin in begins]
-    nearest.append(min(float(numpy.linalg.norm(one.fun)) for one in found))
-json.dump(nearest, sys.stdout)
+    return min(float(numpy.linalg.norm(one.fun)) for one in found)
+
+
+def begins():
+    return lower + random.random((BEGINNINGS, len(lower))) * (upper - lower)
+
+
+questions = [(numpy.array(one["target"]), begins()) for one in case["cases"]]
+with multiprocessing.get_context("fork").Pool() as pool:
+    json.dump(pool.map(nearest, questions, 1), sys.stdout)

@@ -41,10 +41,10 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The tests of real robots, with 1,000 states of each of 13 of them, 10,000 poses of each of four arms, 10,000 steps of a linkage, and
-/// a million cycles of 1 kHz. Each has a limit.
+/// The tests of real robots, with 1,000 states of each of 13 of them beside Pinocchio and `MuJoCo`, 10,000 poses of each of four arms,
+/// 1,000 poses out of reach of two of them beside scipy, 10,000 steps of a linkage and of two arms with a bar, and a million cycles of 1 kHz. Each has a limit.
 pub(crate) fn soak() -> Result<(), Failure> {
-    let tests: [LongTest; 5] = [
+    let tests: [LongTest; 8] = [
         (
             "all robots",
             "-p rc-robot --test all real:: -- --ignored",
@@ -64,6 +64,21 @@ pub(crate) fn soak() -> Result<(), Failure> {
             "10,000 steps",
             "-p rc-kinematics --test all four_bar",
             &[("KINEMATICS_STEPS", "10000")],
+        ),
+        (
+            "10,000 steps of two arms with a bar",
+            "-p rc-kinematics --test all keep_their_bar -- --include-ignored",
+            &[("KINEMATICS_STEPS", "10000")],
+        ),
+        (
+            "1,000 poses out of reach of UR5",
+            "-p rc-kinematics --test all nearest_answer -- --include-ignored",
+            &[("KINEMATICS_FAR", "1000"), ("KINEMATICS_ARM", "ur5")],
+        ),
+        (
+            "1,000 poses out of reach of Panda",
+            "-p rc-kinematics --test all nearest_answer -- --include-ignored",
+            &[("KINEMATICS_FAR", "1000"), ("KINEMATICS_ARM", "panda")],
         ),
         (
             "10^6 cycles",

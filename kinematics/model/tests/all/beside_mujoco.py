@@ -1,5 +1,6 @@
 # For each robot of the input: what MuJoCo gives for it in some states.
 import json
+import re
 import sys
 
 import mujoco
@@ -9,39 +10,74 @@ import numpy
 OPTIONS = '<mujoco><compiler fusestatic="false" balanceinertia="false" strippath="false"/></mujoco></robot>'
 
 
+# What is seen and touched has no mass here, and joints that follow are moved by the numbers of their leaders. It knows no other types.
+LEFT = r"<(visual|collision|mimic|transmission|gazebo|material)\b(?:[^>]*/>|.*?</\1>)"
+
+
+def text_of(case):
+    text = case["urdf"] if "urdf" in case else open(case["file"]).read()
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
+    return re.sub(LEFT, "", text, flags=re.S).replace("</robot>", OPTIONS)
+
+
 def facts(case):
-    model = mujoco.MjModel.from_xml_string(case["urdf"].replace("</robot>", OPTIONS))
+    model = mujoco.MjModel.from_xml_string(text_of(case))
     model.opt.gravity[:] = case["gravity"]
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+    # Joints have no friction here.
+    model.dof_damping[:], model.dof_armature[:] = 0, 0
     data = mujoco.MjData(model)
-    joints = [model.joint(name) for name in case["coordinates"]]
-    places, columns = [joint.qposadr[0] for joint in joints], [joint.dofadr[0] for joint in joints]
+    # The matrix from the numbers of coordinates to those of its joints, and offsets of positions.
+    motion, offsets = numpy.zeros((model.nv, len(case["coordinates"]))), numpy.zeros(model.nq)
+    for name, at, ratio, offset in case["driven"]:
+        joint = model.joint(name)
+        motion[joint.dofadr[0], at], offsets[joint.qposadr[0]] = ratio, offset
+    if model.nq != model.nv or model.nv != len(case["driven"]):
+        raise ValueError(f"{model.nv} joints, not {len(case['driven'])}")
     states = []
     for state in case["states"]:
-        data.qpos[places], data.qvel[columns] = state["positions"], state["velocities"]
-        data.qacc[columns] = state["accelerations"]
+        data.qpos[:], data.qvel[:] = motion @ state["positions"] + offsets, motion @ state["velocities"]
+        data.qacc[:] = motion @ state["accelerations"]
         mujoco.mj_inverse(model, data)
-        efforts = data.qfrc_inverse[columns].tolist()
-        data.qfrc_applied[columns] = state["accelerations"]
-        mujoco.mj_forward(model, data)
+        efforts = motion.T @ data.qfrc_inverse
         mass = numpy.zeros((model.nv, model.nv))
         for column in range(model.nv):
             unit = numpy.zeros((1, model.nv))
             unit[0, column] = 1
             mujoco.mj_mulM(model, data, mass[column], unit[0])
+        mass = motion.T @ mass @ motion
+        accelerations = numpy.zeros(0)
+        if not case["is_weightless"] and len(mass) == model.nv:
+            data.qfrc_applied[:] = motion @ state["accelerations"]
+            mujoco.mj_forward(model, data)
+            accelerations = motion.T @ data.qacc
+        elif not case["is_weightless"]:
+            # The equation of motion of the coordinates, solved.
+            data.qacc[:] = 0
+            mujoco.mj_inverse(model, data)
+            bias = motion.T @ data.qfrc_inverse
+            accelerations = numpy.linalg.solve(mass, state["accelerations"] - bias)
         places_of_bodies = []
         for name in case["bodies"]:
             body = data.body(name)
             places_of_bodies.append([*body.xpos, *body.xmat])
         states.append(
             {
-                "efforts": efforts,
-                "mass": mass[numpy.ix_(columns, columns)].tolist(),
-                "accelerations": data.qacc[columns].tolist(),
+                "efforts": efforts.tolist(),
+                "mass": mass.tolist(),
+                "accelerations": accelerations.tolist(),
+                "condition": numpy.linalg.cond(mass) if len(accelerations) else 1.0,
                 "places": places_of_bodies,
             }
         )
     return states
 
 
-json.dump([facts(case) for case in json.load(sys.stdin)], sys.stdout)
+def refused(case):
+    try:
+        return facts(case)
+    except ValueError as error:
+        return {"refused": str(error)}
+
+
+json.dump([refused(case) if "file" in case else facts(case) for case in json.load(sys.stdin)], sys.stdout)

@@ -53,7 +53,7 @@ fn program(poses: &[Vec<f64>]) -> String {
         .collect();
     format!(
         "mod cell;\nuse std::hint::black_box;\nconst POSES: [[[f64; 4]; 4]; {POSES}] = {rows:?};\nconst START: [f64; 6] = {START:?};\n\
-        fn main() {{\n    for (at, pose) in POSES.iter().enumerate() {{\n        if !cell::reach(pose, &START).reached {{ continue; }}\n\
+        fn main() {{\n    for (at, pose) in POSES.iter().enumerate() {{\n        let pose = &cell::Pose::new(*pose);\n        if !cell::reach(pose, &START).reached {{ continue; }}\n\
         \x20       let mut times = Vec::new();\n        for _ in 0..{BLOCKS} {{\n            let start = std::time::Instant::now();\n\
         \x20           for _ in 0..{RUNS} {{ black_box(cell::reach(black_box(pose), &START)); }}\n\
         \x20           times.push(start.elapsed().as_nanos() as f64 / {RUNS}.0);\n        }}\n\

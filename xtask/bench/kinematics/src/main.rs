@@ -80,6 +80,46 @@ fn cell(robot: &Robot, urdf: &str) -> Cell {
     cell_of(urdf, &solvers)
 }
 
+/// A robot of 49 coordinates: a humanoid with hands, on a base that moves freely.
+const GREAT: &str = "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf";
+
+/// How long printing takes for it, in s, and how long the C is, in KB.
+const GOALS_OF_PRINTING: [f64; 2] = [1.0, 200.0];
+
+/// The rows of printing for the great robot, and whether all goals are met.
+fn printing(urdf: &str) -> (String, bool) {
+    let [most_time, most_size] = GOALS_OF_PRINTING;
+    let mut rows = String::from("| 49 joints | goal | measured | |\n|---|---|---|---|\n");
+    let mut all_met = true;
+    for (what, solvers) in [
+        (
+            "pose, Jacobian and efforts",
+            "solver fk { pose left_wrist_yaw_link in floor; jacobian left_wrist_yaw_link in floor; }; solver efforts_of { efforts; };",
+        ),
+        ("accelerations", "solver drive { accelerations; };"),
+    ] {
+        let start = Instant::now();
+        let cell = cell_of(urdf, &format!("floating pelvis in floor; {solvers}"));
+        let size = rc_kinematics::c(&cell).len() as f64 / 1024.0;
+        let time = start.elapsed().as_secs_f64();
+        assert_eq!(cell.robot.coordinates.len(), 49);
+        for (measure, goal, unit, own) in [
+            ("printing", most_time, "s", time),
+            ("the C", most_size, "KB", size),
+        ] {
+            let is_met = own <= goal;
+            all_met &= is_met;
+            writeln!(
+                rows,
+                "| {what}: {measure} | ≤ {goal} {unit} | {own:.2} {unit} | {} |",
+                if is_met { "met" } else { "**missed**" }
+            )
+            .expect("a text");
+        }
+    }
+    (rows, all_met)
+}
+
 fn cell_of(urdf: &str, solvers: &str) -> Cell {
     let text = format!("import \"robot.urdf\";\nKinematics cell {{ {solvers} }};");
     let mut sources = SourceMap::new();
@@ -131,7 +171,7 @@ fn rust(cell: &Cell) -> String {
         let pose = &cell.solvers[0].outputs[0].name;
         write!(
             out,
-            "    let poses: Vec<[[f64; 4]; 4]> = Q.iter().map(|q| cell::fk(q).{pose}).collect();\n\
+            "    let poses: Vec<_> = Q.iter().map(|q| cell::fk(q).{pose}).collect();\n\
             \x20   for pose in &poses {{ assert!(cell::{name}(pose, &[0.0; {count}]).reached); }}\n\
             \x20   let mut times = Vec::new();\n    for _ in 0..{BLOCKS} {{\n        let start = std::time::Instant::now();\n\
             \x20       for run in 0..{RUNS} {{ black_box(cell::{name}(black_box(&poses[run % {STATES}]), &[0.0; {count}])); }}\n\
@@ -396,7 +436,10 @@ fn main() {
     let urdf = robots.join(ROBOTS[0].file);
     let (beside, is_met) = peers::rows(&ROBOTS[0], &urdf, folder, python, &others);
     met &= is_met;
-    print!("{rows}\n{facts}\n{beside}");
+    let great = std::fs::read_to_string(robots.join(GREAT)).expect("a robot");
+    let (great, is_met) = printing(&great);
+    met &= is_met;
+    print!("{rows}\n{facts}\n{beside}\n{great}");
     if !met {
         eprintln!("xtask: a goal was missed");
     }
