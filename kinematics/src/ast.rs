@@ -110,8 +110,19 @@ pub struct Loop {
     pub name: Name,
     /// The frames.
     pub pairs: Vec<(Name, Name)>,
-    /// `point`: only the origins stay together.
-    pub point: Vec<Span>,
+    /// `point` and others: the joint that the frames have between them.
+    pub joints: Vec<(Span, LoopKind)>,
+}
+
+/// What stays together of the frames of a loop.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoopKind {
+    /// `point`: the origins.
+    Point,
+    /// `revolute X, Y, Z`: the origins and this axis.
+    Revolute(Vec<Literal>),
+    /// `prismatic X, Y, Z`: this line and the axes.
+    Prismatic(Vec<Literal>),
 }
 
 /// `posture NAME { JOINT = NUMBER; … }`
@@ -266,6 +277,54 @@ pub enum OutputKind {
     ClosedPositions,
     /// `closed_velocities`
     ClosedVelocities,
+    /// `actuator positions` and others: those of actuators for those of joints, or the other way round.
+    Driven {
+        /// What it gives.
+        side: Side,
+        /// Which of its numbers.
+        rate: Rate,
+    },
+}
+
+/// A side of transmissions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The joints.
+    Joint,
+    /// The motors behind them.
+    Actuator,
+}
+
+impl Side {
+    /// The word of the language.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Actuator => "actuator",
+        }
+    }
+}
+
+/// Numbers of joints that transmissions change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rate {
+    /// Where they are.
+    Positions,
+    /// How fast they move.
+    Velocities,
+    /// Their torques and forces.
+    Efforts,
+}
+
+impl Rate {
+    /// The word of the language.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Positions => "positions",
+            Self::Velocities => "velocities",
+            Self::Efforts => "efforts",
+        }
+    }
 }
 
 /// A part of the motion of a frame in another one.

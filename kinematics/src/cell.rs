@@ -1,6 +1,6 @@
 //! A robot with its solvers.
 
-use crate::ast::{Math, MotionPart};
+use crate::ast::{Math, MotionPart, Rate};
 use crate::inverse::Inverse;
 use crate::work::Work;
 use rc_formula::{Program, Recorder, Rejected, Term};
@@ -160,6 +160,8 @@ pub(crate) enum Computed<'r> {
     MassMatrix,
     Accelerations([f64; 3]),
     Closed(OfLoops),
+    /// These numbers of each coordinate times a factor, and an offset.
+    Driven(Rate, Vec<(f64, f64)>),
 }
 
 /// An output of all loops.
@@ -195,6 +197,7 @@ impl Computed<'_> {
             Self::Efforts(_) => (true, true),
             Self::MassMatrix => (false, false),
             Self::Accelerations(_) => (true, false),
+            Self::Driven(rate, _) => (*rate == Rate::Velocities, false),
             Self::Closed(output) => match output {
                 OfLoops::Errors | OfLoops::Jacobian | OfLoops::Positions(_) => (false, false),
                 OfLoops::Forces(_) | OfLoops::Velocities(_) => (true, false),
@@ -203,16 +206,22 @@ impl Computed<'_> {
         }
     }
 
-    /// Whether it is of the forces of joints.
+    /// Whether it takes the forces of joints.
     pub(crate) fn needs_efforts(&self) -> bool {
-        let is_forces = matches!(self, Self::Closed(OfLoops::Forces(_)));
-        is_forces || matches!(self, Self::Accelerations(_))
+        self.is_forced() || matches!(self, Self::Driven(Rate::Efforts, _))
+    }
+
+    /// Whether it is a motion under forces of joints.
+    fn is_forced(&self) -> bool {
+        matches!(
+            self,
+            Self::Accelerations(_) | Self::Closed(OfLoops::Forces(_))
+        )
     }
 
     /// Whether gravity changes it.
     pub(crate) fn has_weight(&self) -> bool {
-        self.needs_efforts()
-            || matches!(self, Self::Efforts(_) | Self::Closed(OfLoops::Efforts(..)))
+        self.is_forced() || matches!(self, Self::Efforts(_) | Self::Closed(OfLoops::Efforts(..)))
     }
 
     /// Whether it is of masses, and changes with payloads.
@@ -238,6 +247,7 @@ impl Computed<'_> {
                 chain, expressed, ..
             } => chain.len() + expressed.as_ref().map_or(0, Chain::len),
             Self::Efforts(_) => robot.bodies.len(),
+            Self::Driven(_, all) => all.len(),
             Self::MassMatrix | Self::Accelerations(_) | Self::Closed(OfLoops::Forces(_)) => {
                 // The algorithm goes from each moving body to the root.
                 let mut depths: Vec<usize> = Vec::with_capacity(robot.bodies.len());
@@ -283,6 +293,18 @@ impl Computed<'_> {
                 OfLoops::Positions(held) => loops::closed_positions(loops, state, held),
                 OfLoops::Velocities(held) => loops::closed_velocities(loops, state, held),
             },
+            Self::Driven(rate, all) => {
+                let own = match rate {
+                    Rate::Positions => &state.positions[..],
+                    Rate::Velocities => &state.velocities,
+                    Rate::Efforts => efforts,
+                };
+                let own = own.iter().zip(all);
+                own.map(|(own, (factor, offset))| {
+                    *own * T::constant(*factor) + T::constant(*offset)
+                })
+                .collect()
+            }
             Self::Efforts(gravity) => dynamics::efforts(robot, state, *gravity, loads),
             Self::MassMatrix => dynamics::mass_matrix(robot, state, loads).concat(),
             Self::Accelerations(gravity) => forced(gravity).0,

@@ -22,6 +22,8 @@ pub struct Inverse {
     pub doc: Vec<String>,
     /// Its argument, with unit and frame.
     pub question: String,
+    /// The frame that moves and the one in which it does, by the places of their bodies.
+    pub frames: [usize; 2],
     /// The number of coordinates of the robot.
     pub coordinates: usize,
     /// The coordinates that move the frame.
@@ -113,7 +115,8 @@ impl Cell {
                 Unanswered::UnknownLink(name.to_owned(), near.map(str::to_owned))
             })
         };
-        let chain = robot.chain(body(base)?, body(tip)?);
+        let frames = [body(tip)?, body(base)?];
+        let chain = robot.chain(frames[1], frames[0]);
         let chain =
             chain.ok_or_else(|| Unanswered::Unconnected(tip.to_owned(), base.to_owned()))?;
         let joints = chain.coordinates();
@@ -127,6 +130,7 @@ impl Cell {
             name: "inverse".to_owned(),
             doc: Vec::new(),
             question: question_of_pose(tip, base, self.choices.length()),
+            frames,
             coordinates,
             motion: motion(&chain, None, coordinates, &joints, true),
             asked: Question::Pose(Search::new((robot, &choices), &chain, &joints, settings)),

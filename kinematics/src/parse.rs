@@ -1,12 +1,14 @@
 //! The parser. Errors become diagnostics, and parsing continues after the skipped input.
 
+mod cells;
+
+use self::cells::{closed, mount};
 use crate::ast::{
-    Choice, File, Import, Inverse, Kinematics, Loop, MotionPart, Mount, Output, OutputKind,
-    Payload, Posture, Quantity, Setting, SettingKind, Solver, Subject,
+    Choice, File, Import, Inverse, Kinematics, MotionPart, Output, OutputKind, Payload, Posture,
+    Quantity, Rate, Setting, SettingKind, Side, Solver, Subject,
 };
 use pest::iterators::Pair;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_robot::Held;
 use rc_syntax::{Literal, Name, ParseContext};
 
 #[allow(
@@ -19,7 +21,7 @@ use rc_syntax::{Literal, Name, ParseContext};
 pub struct Grammar;
 
 /// The contents of a solver.
-const OUTPUTS: [&str; 25] = [
+const OUTPUTS: [&str; 27] = [
     "pose",
     "jacobian",
     "velocity",
@@ -32,6 +34,8 @@ const OUTPUTS: [&str; 25] = [
     "loop_forces",
     "closed_positions",
     "closed_velocities",
+    "joint",
+    "actuator",
     "holding",
     "passive",
     "gravity",
@@ -99,13 +103,23 @@ fn kinematics(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Kinematics {
                 let rule = match r.first_word(&part).text.to_lowercase().as_str() {
                     "posture" => Rule::posture,
                     "math" | "scalars" | "lengths" | "matrices" | "frames" => Rule::grounding,
-                    "fixed" | "planar" | "floating" => Rule::mount,
+                    "fixed" | "planar" | "floating" | "spherical" => Rule::mount,
                     "loop" => Rule::ring,
                     _ => Rule::solver,
                 };
                 let words = [
-                    "solver", "posture", "fixed", "planar", "floating", "loop", "math", "scalars",
-                    "lengths", "matrices", "frames",
+                    "solver",
+                    "posture",
+                    "fixed",
+                    "planar",
+                    "floating",
+                    "spherical",
+                    "loop",
+                    "math",
+                    "scalars",
+                    "lengths",
+                    "matrices",
+                    "frames",
                 ];
                 skipped(r, &part, &words, rule);
             }
@@ -187,6 +201,12 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     .outputs
                     .extend(kind.map(|kind| Output { span, kind }));
             }
+            Rule::driven => {
+                let kind = driven(r, part);
+                solver
+                    .outputs
+                    .extend(kind.map(|kind| Output { span, kind }));
+            }
             Rule::gravity => {
                 let mut numbers = Vec::new();
                 for inside in part.into_inner() {
@@ -252,6 +272,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     "efforts" | "mass_matrix" | "accelerations" | "loop_errors"
                     | "loop_jacobian" | "loop_forces" | "closed_positions"
                     | "closed_velocities" => Rule::whole,
+                    "joint" | "actuator" => Rule::driven,
                     "holding" | "passive" => Rule::holding,
                     "payload" => Rule::payload,
                     _ => Rule::motion,
@@ -431,75 +452,21 @@ fn whole(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
     kind
 }
 
-fn mount(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Mount> {
-    let span = trimmed(r, &pair);
-    let (mut held, mut frames, mut place) = (None, Vec::new(), Vec::new());
+fn driven(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> {
+    let (mut side, mut rate) = (None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
-            Rule::kw_fixed => held = Some(Held::Fixed),
-            Rule::kw_planar => held = Some(Held::Planar),
-            Rule::kw_floating => held = Some(Held::Floating),
-            Rule::frame => frames.extend(frame(r, part)),
-            Rule::place => {
-                for inside in part.into_inner() {
-                    match inside.as_rule() {
-                        Rule::quantity => place.extend(quantity(r, inside)),
-                        Rule::rpy => {
-                            let inside = inside.into_inner();
-                            let given = inside.filter(|part| part.as_rule() == Rule::quantity);
-                            place.extend(given.filter_map(|part| quantity(r, part)));
-                        }
-                        _ => {}
-                    }
-                }
-            }
+            Rule::kw_joint => side = Some(Side::Joint),
+            Rule::kw_actuator => side = Some(Side::Actuator),
+            Rule::kw_positions => rate = Some(Rate::Positions),
+            Rule::kw_velocities => rate = Some(Rate::Velocities),
+            Rule::kw_efforts => rate = Some(Rate::Efforts),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    let mut frames = frames.into_iter();
-    Some(Mount {
-        span,
-        held: held?,
-        link: frames.next()?,
-        base: frames.next()?,
-        place,
-    })
-}
-
-fn closed(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Loop {
-    let mut closed = Loop {
-        name: Name::new("", r.span(&pair)),
-        pairs: Vec::new(),
-        point: Vec::new(),
-    };
-    for part in pair.into_inner() {
-        match part.as_rule() {
-            Rule::name => closed.name = r.name(&part),
-            Rule::pair => {
-                let mut frames = Vec::new();
-                for inside in part.into_inner() {
-                    match inside.as_rule() {
-                        Rule::frame => frames.extend(frame(r, inside)),
-                        Rule::semicolon => r.semicolon(&inside),
-                        _ => {}
-                    }
-                }
-                let mut frames = frames.into_iter();
-                closed.pairs.extend(frames.next().zip(frames.next()));
-            }
-            Rule::point => {
-                closed.point.push(trimmed(r, &part));
-                let mut inside = part.into_inner();
-                if let Some(end) = inside.find(|part| part.as_rule() == Rule::semicolon) {
-                    r.semicolon(&end);
-                }
-            }
-            Rule::skipped => r.report_skipped(&part, Rule::pair),
-            _ => {}
-        }
-    }
-    closed
+    let (side, rate) = side.zip(rate)?;
+    Some(OutputKind::Driven { side, rate })
 }
 
 rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = false, {
@@ -510,7 +477,9 @@ rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = fa
     whole => "`efforts`, `mass_matrix`, `accelerations` or an output of loops",
     holding => "`holding` or `passive`",
     alias => "`as NAME`",
-    mount => "`fixed`, `planar` or `floating`",
+    mount => "`fixed`, `planar`, `floating` or `spherical`",
+    hinge => "`revolute X, Y, Z;` or `prismatic X, Y, Z;`",
+    driven => "`joint` or `actuator`",
     place => "`at X, Y, Z`",
     rpy => "`rpy`",
     ring => "`loop`",

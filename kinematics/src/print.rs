@@ -4,11 +4,13 @@ mod choices;
 mod closed;
 mod cpp;
 mod ctypes;
+mod frames;
 mod inverse;
 
 pub use cpp::cpp;
 pub use ctypes::{library, loader};
 
+use self::frames::Frames;
 use crate::cell::{Cell, Output, PAYLOAD, Shape, Solver};
 use crate::names::{ARRAYS, type_name};
 use rc_formula::{c as in_c, python as in_python, results, rust as in_rust};
@@ -146,6 +148,8 @@ fn rust_of(cell: &Cell) -> String {
         numbers(lower),
         numbers(upper),
     );
+    let frames = Frames::of(cell);
+    out += &frames.text(cell);
     for solver in &cell.solvers {
         let of = type_name(&solver.name);
         let _ = writeln!(
@@ -158,6 +162,7 @@ fn rust_of(cell: &Cell) -> String {
                 Shape::Vector(length) => format!("[f64; {length}]"),
                 Shape::Matrix(rows, columns) => format!("[[f64; {columns}]; {rows}]"),
             };
+            let kind = frames.of_output(output).unwrap_or(kind);
             let _ = writeln!(
                 out,
                 "    /// {}\n    pub {}: {kind},",
@@ -179,17 +184,16 @@ fn rust_of(cell: &Cell) -> String {
         out += &in_rust::statements(&solver.program, |at| input(cell, solver, at));
         let _ = writeln!(out, "    {of} {{");
         for (output, numbers) in outputs(solver) {
-            let _ = writeln!(
-                out,
-                "        {}: {},",
-                output.name,
-                rows(output, &numbers, "[", "]")
-            );
+            let mut numbers = rows(output, &numbers, "[", "]");
+            if frames.of_output(output).is_some() {
+                numbers = format!("Pose::new({numbers})");
+            }
+            let _ = writeln!(out, "        {}: {numbers},", output.name);
         }
         out.push_str("    }\n}\n");
     }
     for one in &cell.inverses {
-        out += &inverse::rust(cell, one);
+        out += &inverse::rust(cell, &frames, one);
     }
     if !cell.inverses.is_empty() {
         out += &inverse::rust_loops();
@@ -200,6 +204,7 @@ fn rust_of(cell: &Cell) -> String {
 /// All solvers as Rust, and as methods of the type `Solvers`, for a context that has them as a field.
 pub fn rust_methods(cell: &Cell) -> String {
     let count = cell.robot.coordinates.len();
+    let frames = Frames::of(cell);
     let mut out = rust_of(&choices::laid_out(cell));
     out.push_str(
         "\n/// The solvers as methods.\n#[derive(Clone, Copy, Debug, Default)]\npub struct Solvers;\n\nimpl Solvers {\n",
@@ -224,7 +229,7 @@ pub fn rust_methods(cell: &Cell) -> String {
         method(&solver.name, about(solver), taken.collect());
     }
     for one in &cell.inverses {
-        let taken = inverse::rust_arguments(count, one);
+        let taken = frames.arguments(count, one);
         method(&one.name, inverse::about(one), taken);
     }
     let _ = write!(

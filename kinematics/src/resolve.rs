@@ -1,6 +1,7 @@
 //! Resolves the names of a text in its robot.
 
 mod cells;
+mod driven;
 mod grounding;
 mod inverse;
 mod tree;
@@ -10,10 +11,9 @@ use crate::ast::{self, MotionPart, OutputKind, Quantity};
 use crate::cell::{
     Asked, Cell, Choices, Computed, Output, Payload, Shape, Solver, Subject, recorded,
 };
-use crate::names::{ARRAYS, type_name};
+use crate::names::{ARRAYS, identifier, is_taken, type_name};
 use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
-use rc_formula::is_reserved;
 use rc_quantity::Unit;
 use rc_robot::loops::Loop;
 use rc_robot::{Chain, Grounding, Robot, dynamics};
@@ -28,44 +28,6 @@ const MOST_NUMBERS: usize = 20_000;
 
 /// The most joints that the algorithms of all solvers of a file pass. Each takes some tens of operations.
 const MOST_STEPS: usize = 20_000;
-
-/// Names in printed code other than those of solvers, with functions and types that it uses.
-const TAKEN: [&str; 27] = [
-    "joints",
-    "lower",
-    "upper",
-    "JOINTS",
-    "LOWER",
-    "UPPER",
-    "Solvers",
-    "NamedTuple",
-    "Sequence",
-    "Callable",
-    "numpy",
-    "pathlib",
-    // Built-in functions and types of Python that printed code names.
-    "abs",
-    "all",
-    "bool",
-    "dict",
-    "enumerate",
-    "float",
-    "int",
-    "list",
-    "max",
-    "min",
-    "object",
-    "range",
-    "sum",
-    "tuple",
-    "zip",
-];
-
-/// Keywords of C++ that no other printed language has, and namespaces.
-const CPP: &str = "and_eq bitand bitor catch co_await co_return co_yield compl concept consteval constexpr \
-constinit const_cast decltype delete dynamic_cast Eigen explicit export friend mutable namespace new noexcept \
-not_eq operator or_eq private protected public reinterpret_cast requires static_cast std template this throw \
-typeid typename using wchar_t xor xor_eq";
 
 /// Loads one `.kdsl` text with its robot, or an `.ilk` text with the constants of its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
@@ -178,19 +140,6 @@ fn quantity(found: &mut Diagnostics, quantity: &Quantity, wanted: &str) -> Optio
     Some(conversion?.apply(value))
 }
 
-/// A name as one of printed code.
-pub(crate) fn identifier(name: &str) -> String {
-    let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    name.chars().map(letter).collect()
-}
-
-/// Whether printed code has a name for something else.
-pub(crate) fn is_taken(name: &str) -> bool {
-    let ends = name.ends_with("_result") || name.ends_with("Result");
-    let is_of_cpp = CPP.split_whitespace().any(|word| word == name);
-    is_reserved(name) || is_of_cpp || ends || TAKEN.contains(&name)
-}
-
 impl<'r> Resolver<'r> {
     fn error(&mut self, code: &'static str, span: Span, message: String) {
         self.found.push(Diagnostic::error(code, span, message));
@@ -291,6 +240,7 @@ impl<'r> Resolver<'r> {
 
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
         self.without_settings(solver);
+        self.is_of_one_side(solver);
         let conditions = Conditions {
             gravity: self.gravity(solver),
             held: self.holding(solver),
@@ -440,6 +390,12 @@ impl<'r> Resolver<'r> {
         if let Some((name, doc, shape, computed)) = self.of_loops(output, conditions).ok()? {
             return Some((described(name, doc, shape), Computed::Closed(computed)));
         }
+        if let OutputKind::Driven { side, rate } = output.kind {
+            let (doc, factors) = self.driven(output.span, side, rate)?;
+            let name = format!("{}_{}", side.word(), rate.word());
+            let output = described(&name, doc, Shape::Vector(count));
+            return Some((output, Computed::Driven(rate, factors)));
+        }
         let (what, tip, base, expressed) = match &output.kind {
             OutputKind::Accelerations => {
                 let doc = format!(
@@ -478,7 +434,7 @@ impl<'r> Resolver<'r> {
                 base,
                 expressed,
             } => (*what, tip, base, expressed.as_ref()),
-            // Those of loops are known above.
+            // The others are known above.
             _ => return None,
         };
         let places = (self.body(tip), self.body(base));
@@ -560,37 +516,5 @@ impl<'r> Resolver<'r> {
         let described = described(&identifier(&name), doc, shape);
         let asked = Some(asked);
         Some((Output { asked, ..described }, computed))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::TAKEN;
-
-    /// A solver of this name would take the place of a function that the loops call.
-    #[test]
-    fn names_of_python_that_loops_use_are_taken() {
-        let text = include_str!("print/inverse.py");
-        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let mut seen = 0;
-        for (at, _) in text.match_indices(['(', '[']) {
-            let before = &text[..at];
-            let start = before.trim_end_matches(is_word).len();
-            let (around, name) = before.split_at(start);
-            let is_builtin = name.starts_with(|c: char| c.is_ascii_lowercase())
-                && !around.ends_with(['.', '_'])
-                && !around.ends_with("def ");
-            let is_called =
-                text[at..].starts_with('(') || ["list", "tuple", "dict"].contains(&name);
-            // The function of the solver is an argument.
-            if is_builtin && is_called && name != "motion" {
-                assert!(
-                    TAKEN.contains(&name) || rc_formula::is_reserved(name),
-                    "{name}"
-                );
-                seen += 1;
-            }
-        }
-        assert!(seen > 10, "{seen}");
     }
 }

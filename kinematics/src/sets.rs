@@ -4,15 +4,18 @@
 //! A joint turns or slides along the z axis of its frame, which is the frame of the body that it
 //! moves. Products of inertia are moments there: the negative ones of a tensor.
 
+mod connectivity;
+mod geometry;
 mod yaml;
 
+use connectivity::{Closing, Joint};
 use rc_diagnostics::xml::escaped;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap, Span};
 use rc_quantity::Transform;
 use rc_quantity::rotation::Matrix;
-use rc_robot::Robot;
+use rc_robot::{LoopJoint, Robot};
 use rc_syntax::Loader;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use yaml::{Kind, Value};
@@ -32,29 +35,41 @@ pub(crate) fn read(
     let mut set = Set {
         found: Diagnostics::new(),
     };
-    let text = set.urdf(sources, loader, source);
+    let read = set.urdf(sources, loader, source);
     let mut found = set.found;
-    let Some(text) = text.filter(|_| !found.has_errors()) else {
+    let Some((text, closings)) = read.filter(|_| !found.has_errors()) else {
         return (Robot::default(), found);
     };
     // The checks of a URDF hold for it.
     let title = format!("{} as URDF", sources.path(source).display());
     let urdf = sources.add(title, text);
-    let (robot, more) = rc_robot::read(sources, urdf);
+    let (mut robot, more) = rc_robot::read(sources, urdf);
+    let is_wrong = more.has_errors();
     found.extend(more);
+    if is_wrong {
+        return (robot, found);
+    }
+    for closing in closings {
+        let [one, other] = &closing.frames;
+        let Some(frames) = robot.body(one).zip(robot.body(other)) else {
+            continue;
+        };
+        let chain = robot.chain(frames.0, frames.1);
+        if chain.is_none_or(|chain| chain.coordinates().is_empty()) {
+            let message = format!("no other joint moves `{other}` in `{one}`");
+            found.push(Diagnostic::error("bad-loop", closing.joint.span, message));
+        }
+        robot.loops.push(LoopJoint {
+            name: closing.joint.text,
+            frames: frames.into(),
+            kept: closing.kept,
+        });
+    }
     (robot, found)
 }
 
 struct Set {
     found: Diagnostics,
-}
-
-/// A joint, with the links that it connects.
-struct Joint {
-    name: Name,
-    /// A fixed joint does neither.
-    slides: Option<bool>,
-    links: [(String, Span); 2],
 }
 
 impl Set {
@@ -154,7 +169,7 @@ impl Set {
         sources: &mut SourceMap,
         loader: &dyn Loader,
         source: SourceId,
-    ) -> Option<String> {
+    ) -> Option<(String, Vec<Closing>)> {
         let (set, found) = yaml::read(sources.text(source), source);
         self.found.extend(found);
         let set = set?;
@@ -190,21 +205,32 @@ impl Set {
             let body = bodies.get(link).map_or("", String::as_str);
             let _ = writeln!(text, "<link name=\"{}\">{body}</link>", escaped(link));
         }
-        for (joint, parent, child) in self.tree(&joints, &base)? {
-            let place = poses.remove(&joint.name.text);
-            let place = place.filter(|(reference, _)| *reference == parent);
-            let Some((_, place)) = place else {
+        let tree = self.tree(&joints, &base, numbering.as_ref())?;
+        for (joint, parent, child) in tree.joints {
+            let of = |link: &String| (joint.name.text.clone(), link.clone());
+            let Some(place) = poses.remove(&of(&parent)) else {
                 let message = format!(
                     "the geometry has no pose of the joint `{}` in `{parent}`",
                     joint.name.text
                 );
                 return self.error(joint.name.span, message);
             };
+            if poses.contains_key(&of(&child)) {
+                let message = format!(
+                    "the frame of the joint `{}` is that of `{child}`, which it moves",
+                    joint.name.text
+                );
+                return self.error(joint.name.span, message);
+            }
             let limit = limits.get(&joint.name.text).copied();
             text += &joint_of(joint, [&parent, &child], &place, limit);
         }
+        let mut closings = Vec::new();
+        for (joint, links) in tree.closing {
+            closings.push(self.closing(joint, &links, &mut poses)?);
+        }
         // Other frames of links.
-        for (frame, (reference, place)) in poses {
+        for ((frame, reference), place) in poses {
             let name = escaped(&frame);
             let _ = writeln!(
                 text,
@@ -214,220 +240,7 @@ impl Set {
                 origin(&place)
             );
         }
-        Some(text + "</robot>\n")
-    }
-
-    fn links(&mut self, connectivity: &Value) -> Option<Vec<(String, Span)>> {
-        let links = self.get(connectivity, "links")?;
-        let links = self.list(links)?;
-        let mut known = HashSet::new();
-        let mut all = Vec::new();
-        for link in links {
-            let (name, span) = self.word(link)?;
-            if !known.insert(name.clone()) {
-                return self.error(span, format!("the link `{name}` occurs twice"));
-            }
-            all.push((name, span));
-        }
-        Some(all)
-    }
-
-    fn joints(&mut self, connectivity: &Value, links: &[(String, Span)]) -> Option<Vec<Joint>> {
-        let mut kinds: HashMap<String, Option<bool>> = HashMap::new();
-        let declared = self.get(connectivity, "joints")?;
-        for joint in self.list(declared)? {
-            let (name, span) = self.named(joint, "name")?;
-            let (kind, at) = self.named(joint, "kind")?;
-            let slides = match kind.as_str() {
-                "revolute" => Some(false),
-                "prismatic" => Some(true),
-                "fixed" => None,
-                _ => {
-                    let message =
-                        format!("expected `revolute`, `prismatic` or `fixed`, found `{kind}`");
-                    return self.error(at, message);
-                }
-            };
-            if kinds.insert(name.clone(), slides).is_some() {
-                return self.error(span, format!("the joint `{name}` occurs twice"));
-            }
-        }
-        let known: HashSet<&str> = links.iter().map(|(name, _)| name.as_str()).collect();
-        let (mut all, mut paired) = (Vec::new(), HashSet::new());
-        let pairs = self.get(connectivity, "pairs")?;
-        for pair in self.list(pairs)? {
-            let (name, span) = self.named(pair, "joint")?;
-            let Some(slides) = kinds.get(&name).copied() else {
-                let error =
-                    Diagnostic::error("bad-value", span, format!("`joints` has no joint `{name}`"));
-                let names = kinds.keys().map(String::as_str);
-                self.found.push(error.suggest(&name, names));
-                return None;
-            };
-            if !paired.insert(name.clone()) {
-                return self.error(span, format!("the joint `{name}` connects two pairs"));
-            }
-            let ends = [self.named(pair, "link1")?, self.named(pair, "link2")?];
-            for (link, span) in &ends {
-                if !known.contains(link.as_str()) {
-                    let message = format!("`links` has no link `{link}`");
-                    let error = Diagnostic::error("unknown-link", *span, message);
-                    self.found.push(error.suggest(link, known.iter().copied()));
-                    return None;
-                }
-            }
-            all.push(Joint {
-                name: Name::new(name, span),
-                slides,
-                links: ends,
-            });
-        }
-        Some(all)
-    }
-
-    /// The link with the number 0, or the first one.
-    fn base(&mut self, links: &[(String, Span)], numbering: Option<&Value>) -> Option<String> {
-        let Some(numbering) = numbering else {
-            return links.first().map(|(name, _)| name.clone());
-        };
-        let numbers = self.get(numbering, "nums")?;
-        for (link, number) in self.fields(numbers)? {
-            if self.number(number)? == 0.0 {
-                return Some(link.text.clone());
-            }
-        }
-        self.error(numbers.span, "no link has the number 0".to_owned())
-    }
-
-    /// The joints from the base on, each with its predecessor and its successor.
-    fn tree<'j>(
-        &mut self,
-        joints: &'j [Joint],
-        base: &str,
-    ) -> Option<Vec<(&'j Joint, String, String)>> {
-        let mut of_links: HashMap<&str, Vec<usize>> = HashMap::new();
-        for (at, joint) in joints.iter().enumerate() {
-            for (link, _) in &joint.links {
-                of_links.entry(link).or_default().push(at);
-            }
-        }
-        let mut reached: HashSet<&str> = HashSet::from([base]);
-        let mut used = vec![false; joints.len()];
-        let mut next = vec![base.to_owned()];
-        let mut parents: HashMap<usize, [String; 2]> = HashMap::new();
-        while let Some(link) = next.pop() {
-            for at in of_links.get(link.as_str()).into_iter().flatten() {
-                if std::mem::replace(&mut used[*at], true) {
-                    continue;
-                }
-                let joint = &joints[*at];
-                let [one, other] = &joint.links;
-                let other = if one.0 == link { &other.0 } else { &one.0 };
-                if !reached.insert(other) {
-                    let message = format!(
-                        "the joint `{}` closes a loop: leave it out, and write `loop` in the .kdsl",
-                        joint.name.text
-                    );
-                    return self.error(joint.name.span, message);
-                }
-                parents.insert(*at, [link.clone(), other.clone()]);
-                next.push(other.clone());
-            }
-        }
-        // In the order of the file. Links that nothing connects are told of the URDF.
-        let all = joints.iter().enumerate().filter_map(|(at, joint)| {
-            let [parent, child] = parents.remove(&at)?;
-            Some((joint, parent, child))
-        });
-        Some(all.collect())
-    }
-
-    /// Where the frames of joints, and others, are in the frames of links.
-    fn poses(
-        &mut self,
-        geometry: &Value,
-        joints: &[Joint],
-        links: &[(String, Span)],
-    ) -> Option<BTreeMap<String, (String, Transform)>> {
-        let (mode, span) = self.named(geometry, "mode")?;
-        let is_current = match mode.as_str() {
-            "currentFrame" => true,
-            "fixedFrame" => false,
-            _ => {
-                let message = format!("expected `currentFrame` or `fixedFrame`, found `{mode}`");
-                return self.error(span, message);
-            }
-        };
-        let known: HashSet<&str> = links.iter().map(|(name, _)| name.as_str()).collect();
-        let of_joints: HashMap<&str, &Joint> = joints
-            .iter()
-            .map(|joint| (joint.name.text.as_str(), joint))
-            .collect();
-        let mut poses = BTreeMap::new();
-        let all = self.get(geometry, "poses")?;
-        for pose in self.list(all)? {
-            let (target, span) = self.named(pose, "target")?;
-            let (reference, at) = self.named(pose, "reference")?;
-            let connects = |joint: &&Joint| joint.links.iter().any(|(link, _)| *link == reference);
-            let joint = of_joints.get(target.as_str()).copied();
-            if joint.is_some_and(|joint| !connects(&joint)) || !known.contains(reference.as_str()) {
-                let message = format!("`{target}` is no frame of a link `{reference}`");
-                let error = Diagnostic::error("unknown-link", at, message);
-                self.found
-                    .push(error.suggest(&reference, known.iter().copied()));
-                return None;
-            }
-            if known.contains(target.as_str()) || poses.contains_key(&target) {
-                let message = format!("the frame `{target}` has a place already");
-                return self.error(span, message);
-            }
-            let mut place = Transform::IDENTITY;
-            let steps = self.get(pose, "steps")?;
-            let steps = match steps.kind {
-                Kind::Nothing => &[][..],
-                _ => self.list(steps)?,
-            };
-            for step in steps {
-                let step = self.step(step)?;
-                place = if is_current {
-                    place.then(&step)
-                } else {
-                    step.then(&place)
-                };
-            }
-            poses.insert(target, (reference, place));
-        }
-        Some(poses)
-    }
-
-    fn step(&mut self, step: &Value) -> Option<Transform> {
-        let (kind, span) = self.named(step, "kind")?;
-        let amount = self.get(step, "amount")?;
-        let amount = self.number(amount)?;
-        let mut place = Transform::IDENTITY;
-        let axis = match kind.as_bytes().last() {
-            Some(b'x') => 0,
-            Some(b'y') => 1,
-            _ => 2,
-        };
-        match kind.as_str() {
-            "trx" | "try" | "trz" => place.translation[axis] = amount,
-            "rotx" | "roty" | "rotz" => {
-                let (one, two) = ((axis + 1) % 3, (axis + 2) % 3);
-                let (sine, cosine) = amount.sin_cos();
-                place.rotation[one][one] = cosine;
-                place.rotation[two][two] = cosine;
-                place.rotation[one][two] = -sine;
-                place.rotation[two][one] = sine;
-            }
-            _ => {
-                let message = format!(
-                    "expected `trx`, `try`, `trz`, `rotx`, `roty` or `rotz`, found `{kind}`"
-                );
-                return self.error(span, message);
-            }
-        }
-        Some(place)
+        Some((text + "</robot>\n", closings))
     }
 
     /// The masses of links, as elements of a URDF.

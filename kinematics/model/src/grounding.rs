@@ -1,6 +1,6 @@
 //! A robot along other axes, and with another unit of length.
 
-use crate::robot::{Inertia, Motion, Robot};
+use crate::robot::{Inertia, Kept, Motion, Robot};
 use rc_quantity::rotation::{Matrix, product, transposed, turned};
 use rc_quantity::{Axes, Transform};
 
@@ -29,6 +29,11 @@ impl Grounding {
         clean(turned(&Axes::ROS.matrix_to(self.axes), vector))
     }
 
+    /// An axis that bodies turn about, likewise: its sense changes with the hand of the axes.
+    pub fn axis(&self, vector: [f64; 3]) -> [f64; 3] {
+        clean(turned(&Axes::ROS.axial_matrix_to(self.axes), vector))
+    }
+
     fn point(&self, point: [f64; 3]) -> [f64; 3] {
         self.direction(point).map(|part| part * self.metre)
     }
@@ -51,7 +56,6 @@ impl Grounding {
     #[must_use]
     pub fn of(&self, robot: &Robot) -> Robot {
         let mut robot = robot.clone();
-        let axial = Axes::ROS.axial_matrix_to(self.axes);
         for body in &mut robot.bodies {
             if let Some(Inertia { centre, tensor, .. }) = &mut body.inertia {
                 *centre = self.point(*centre);
@@ -74,10 +78,14 @@ impl Grounding {
                         limits.velocity *= self.metre;
                     }
                 }
-                // The sense of a turn changes with the hand of the axes.
-                Motion::Turns { .. } | Motion::Fixed => {
-                    joint.axis = clean(turned(&axial, joint.axis));
-                }
+                Motion::Turns { .. } | Motion::Fixed => joint.axis = self.axis(joint.axis),
+            }
+        }
+        for own in &mut robot.loops {
+            match &mut own.kept {
+                Kept::Turning(axis) => *axis = self.axis(*axis),
+                Kept::Sliding(axis) => *axis = self.direction(*axis),
+                Kept::Whole | Kept::Point => {}
             }
         }
         self.ratios(&mut robot);
@@ -89,6 +97,12 @@ impl Grounding {
         let slides: Vec<bool> = (0..robot.coordinates.len())
             .map(|at| robot.slides(at))
             .collect();
+        for own in &mut robot.transmissions {
+            if slides[own.coordinate] {
+                own.reduction /= self.metre;
+                own.offset *= self.metre;
+            }
+        }
         let joints = robot
             .bodies
             .iter_mut()

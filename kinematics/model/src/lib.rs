@@ -17,10 +17,13 @@ pub mod loops;
 mod mount;
 mod read;
 mod robot;
+mod transmission;
 mod vectors;
 
 pub use chain::{Chain, Column, Moved};
 pub use grounding::Grounding;
 pub use mount::{Held, Mount, Refused};
 pub use read::read;
-pub use robot::{Body, Inertia, Joint, Limits, Motion, Robot, State};
+pub use robot::{
+    Body, Inertia, Joint, Kept, Limits, LoopJoint, Motion, Robot, State, Transmission,
+};

@@ -1,15 +1,16 @@
 //! Loops: frames of two links that stay together, though no joint of the tree holds them.
 //!
 //! The rows of a loop are the way from the first frame to the second one along the axes of the first one, in m,
-//! then the turn. The forces that keep it closed solve the equation of motion with these rows as
+//! then the turn. A loop that a joint closes has no row along or about its axis, and rows for two directions across it. The forces that keep it closed solve the equation of motion with these rows as
 //! constraints (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 8).
 
 use crate::chain::{Chain, Moved};
 use crate::dynamics::{self, Load, Motions, equation};
-use crate::robot::{Robot, State};
-use crate::vectors::scaled;
+use crate::mount;
+use crate::robot::{Kept, Robot, State};
+use crate::vectors::{self, scaled, sum, vector};
 use rc_quantity::Real;
-use rc_quantity::rotation::Quaternion;
+use rc_quantity::rotation::{Matrix, Quaternion, cross, turned};
 
 /// How often closed positions are corrected.
 const STEPS: usize = 4;
@@ -23,26 +24,53 @@ const SOFT: f64 = 1e-13;
 pub struct Loop<'r> {
     /// From the first frame to the second one.
     pub chain: Chain<'r>,
-    /// Whether only the origins stay together.
-    pub is_point: bool,
+    /// What of the frames stays together.
+    pub kept: Kept,
+}
+
+/// How far the axis of the second frame leans from that of the first one: the normal of both times twice the sine of
+/// half the angle, which is not 0 after half a turn.
+fn lean<T: Real>(axis: [f64; 3], rotation: &Matrix<T>) -> [T; 3] {
+    let axis = vector(axis);
+    let other = turned(rotation, axis);
+    let both = sum(axis, other);
+    // Twice the cosine of half the angle.
+    let size = (vectors::dot(both, both) + T::constant(1e-30)).root();
+    scaled(cross(axis, other), T::constant(2.0) / size)
 }
 
 impl Loop<'_> {
     /// How many rows it has.
     pub fn rows(&self) -> usize {
-        if self.is_point { 3 } else { 6 }
+        match self.kept {
+            Kept::Whole => 6,
+            Kept::Point => 3,
+            Kept::Turning(_) | Kept::Sliding(_) => 5,
+        }
     }
 
     fn of<T: Real>(&self, linear: [T; 3], angular: [T; 3]) -> Vec<T> {
-        let mut rows = [linear, angular].concat();
-        rows.truncate(self.rows());
-        rows
+        let over =
+            |axis, all: [T; 3]| mount::across(axis).map(|own| vectors::dot(vector(own), all));
+        match self.kept {
+            Kept::Whole => [linear, angular].concat(),
+            Kept::Point => linear.to_vec(),
+            Kept::Turning(axis) => [&linear[..], &over(axis, angular)].concat(),
+            Kept::Sliding(axis) => [&over(axis, linear)[..], &angular].concat(),
+        }
     }
 
     fn error<T: Real>(&self, moved: &Moved<T>) -> Vec<T> {
-        // The axis times twice the sine of half the angle: it is not 0 after half a turn.
-        let Quaternion { x, y, z, .. } = Quaternion::of_matrix(&moved.pose.rotation);
-        let turn = scaled([x, y, z], T::constant(2.0));
+        let rotation = &moved.pose.rotation;
+        let turn = match self.kept {
+            Kept::Turning(axis) => lean(axis, rotation),
+            Kept::Point => [T::constant(0.0); 3],
+            Kept::Whole | Kept::Sliding(_) => {
+                // The axis times twice the sine of half the angle: it is not 0 after half a turn.
+                let Quaternion { x, y, z, .. } = Quaternion::of_matrix(rotation);
+                scaled([x, y, z], T::constant(2.0))
+            }
+        };
         self.of(moved.pose.translation, turn)
     }
 

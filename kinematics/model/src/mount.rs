@@ -1,6 +1,6 @@
 //! Joints of several coordinates, and robots that are connected to each other or to the world.
 
-use crate::robot::{Body, Joint, Motion, Robot};
+use crate::robot::{Body, Joint, LoopJoint, Motion, Robot, Transmission};
 use rc_quantity::Transform;
 
 /// How a body is held in another one.
@@ -12,6 +12,8 @@ pub enum Held {
     Planar,
     /// It moves in all six ways.
     Floating,
+    /// It turns about each axis through its origin.
+    Spherical,
 }
 
 /// A root that is connected to another tree, or to a frame that is new.
@@ -58,6 +60,11 @@ impl Held {
                 ]
             }
             // The angles of URDF: roll, pitch and yaw about axes that stand still, in this order.
+            Self::Spherical => vec![
+                ("yaw", true, [0.0, 0.0, 1.0], 2),
+                ("pitch", true, [0.0, 1.0, 0.0], 1),
+                ("roll", true, [1.0, 0.0, 0.0], 0),
+            ],
             Self::Floating => vec![
                 ("x", false, [1.0, 0.0, 0.0], 0),
                 ("y", false, [0.0, 1.0, 0.0], 1),
@@ -79,7 +86,7 @@ impl Held {
 }
 
 /// The axes x and y after the shortest turn that brings z to this axis of length 1.
-fn across([x, y, z]: [f64; 3]) -> [[f64; 3]; 2] {
+pub(crate) fn across([x, y, z]: [f64; 3]) -> [[f64; 3]; 2] {
     if z < -1.0 + 1e-12 {
         return [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
     }
@@ -164,6 +171,19 @@ impl Robot {
         }
         let own = other.coordinates.iter();
         self.coordinates.extend(own.map(|own| named(own)));
+        self.loops
+            .extend(other.loops.into_iter().map(|own| LoopJoint {
+                name: named(&own.name),
+                frames: own.frames.map(|at| at + bodies),
+                ..own
+            }));
+        let motors = other.transmissions.into_iter().map(|own| Transmission {
+            name: named(&own.name),
+            actuator: named(&own.actuator),
+            coordinate: own.coordinate + coordinates,
+            ..own
+        });
+        self.transmissions.extend(motors);
     }
 
     /// Connects the root of a tree to a link of another one, or to a new link. Its coordinates come after
@@ -222,6 +242,9 @@ impl Robot {
         let mut sorted: Vec<Body> = order.iter().map(|at| self.bodies[*at].clone()).collect();
         for joint in sorted.iter_mut().filter_map(|body| body.joint.as_mut()) {
             joint.parent = places[joint.parent];
+        }
+        for own in &mut self.loops {
+            own.frames = own.frames.map(|at| places[at]);
         }
         self.bodies = sorted;
     }

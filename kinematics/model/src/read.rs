@@ -2,6 +2,7 @@
 
 use crate::mount::Held;
 use crate::robot::{Body, Inertia, Joint, Limits, Motion, Robot};
+use crate::transmission;
 use rc_diagnostics::{Diagnostic, Diagnostics, Name, SourceId, SourceMap};
 use rc_quantity::Transform;
 use rc_quantity::rotation::{EulerOrder, Matrix, determinant, product, transposed};
@@ -96,6 +97,7 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
             robot.coordinates.push(name);
         }
     }
+    robot.transmissions = transmission::read(urdf, &structure.others, &robot.coordinates);
     let mut rest: Vec<(&str, Option<(usize, &Edge<'_>)>)> = vec![(root, None)];
     while let Some((name, edge)) = rest.pop() {
         let Some(xml) = structure.links.get(name) else {
@@ -112,7 +114,11 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
             let joint = &edge.name.text;
             body.joint = Some(match several(read.form) {
                 Some(held) => {
-                    let first = coordinates.get(&format!("{joint}.x")).copied();
+                    let names = held.coordinates(joint);
+                    let first = names
+                        .first()
+                        .and_then(|name| coordinates.get(name))
+                        .copied();
                     robot.hold(
                         held,
                         joint,
@@ -144,6 +150,7 @@ fn several(form: JointType) -> Option<Held> {
     match form {
         JointType::Planar => Some(Held::Planar),
         JointType::Floating => Some(Held::Floating),
+        JointType::Spherical => Some(Held::Spherical),
         _ => None,
     }
 }
@@ -200,7 +207,9 @@ fn motion(
             ratio,
             offset,
         },
-        (JointType::Fixed | JointType::Floating | JointType::Planar, _) => Motion::Fixed,
+        (JointType::Fixed | JointType::Floating | JointType::Planar | JointType::Spherical, _) => {
+            Motion::Fixed
+        }
         (_, None) => {
             let message = format!("the joint `{name}`, which leads, does not move");
             urdf.error("bad-value", edge.name.span, message);
@@ -229,7 +238,10 @@ fn joint(urdf: &mut Reader<'_>, edge: &Edge<'_>) -> Option<Read> {
         limits: None,
         follows: None,
     };
-    if matches!(form, JointType::Fixed | JointType::Floating) {
+    if matches!(
+        form,
+        JointType::Fixed | JointType::Floating | JointType::Spherical
+    ) {
         return Some(read);
     }
     if let Some(axis) = child(xml, "axis") {

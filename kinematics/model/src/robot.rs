@@ -15,6 +15,49 @@ pub struct Robot {
     /// the positions, velocities and accelerations of a [`State`]. A joint of several coordinates is a
     /// chain of joints: `NAME.x` and others.
     pub coordinates: Vec<String>,
+    /// The joints that the trees are without: each closes a loop.
+    pub loops: Vec<LoopJoint>,
+    /// The motors behind joints.
+    pub transmissions: Vec<Transmission>,
+}
+
+/// A joint that closes a loop. It has no coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopJoint {
+    /// Its name.
+    pub name: String,
+    /// The bodies whose frames it keeps together.
+    pub frames: [usize; 2],
+    /// What of them stays together.
+    pub kept: Kept,
+}
+
+/// What of two frames stays together. Axes have length 1, and are those of both frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kept {
+    /// Both are one.
+    Whole,
+    /// Their origins, as in a spherical joint.
+    Point,
+    /// Their origins and this axis, as in a joint that turns.
+    Turning([f64; 3]),
+    /// Their axes and this line through their origins, as in a joint that slides.
+    Sliding([f64; 3]),
+}
+
+/// A motor behind a joint. The position of the joint is that of the motor divided by `reduction`, plus `offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transmission {
+    /// Its name.
+    pub name: String,
+    /// The name of the motor.
+    pub actuator: String,
+    /// The place of the coordinate of the joint.
+    pub coordinate: usize,
+    /// Never 0. Of a joint that slides, in rad/m or as the motor counts.
+    pub reduction: f64,
+    /// In radians or metres.
+    pub offset: f64,
 }
 
 /// A rigid body, with the joint that moves it.

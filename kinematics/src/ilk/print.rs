@@ -3,7 +3,7 @@
 use super::read::CONSTANTS;
 use crate::ast::MotionPart;
 use crate::cell::{Asked, Cell, Solver};
-use crate::resolve::identifier;
+use crate::names::identifier;
 use rc_quantity::Transform;
 use rc_quantity::rotation::{Matrix, cross};
 use rc_robot::{Joint, Motion, Robot};

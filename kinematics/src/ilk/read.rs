@@ -3,7 +3,7 @@
 use super::lua::{self, Kind, Table, Value};
 use super::motion::{Acceleration, Joint, Known, moved, seen};
 use crate::cell::{Cell, Choices, Output, Shape, Solver};
-use crate::resolve::{identifier, is_taken};
+use crate::names::{identifier, is_taken};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_formula::{Operation, Recorder, Term};
 use rc_quantity::rotation::{Matrix, transposed};
@@ -333,8 +333,8 @@ impl Reader {
             choices: Choices::default(),
             robot: Robot {
                 name: robot,
-                bodies: Vec::new(),
                 coordinates,
+                ..Robot::default()
             },
             solvers: vec![solver],
             inverses: Vec::new(),

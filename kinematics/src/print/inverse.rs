@@ -1,5 +1,6 @@
 //! Prints inverse solvers: the motion as straight lines, and the loops over it.
 
+use super::frames::Frames;
 use super::{choices, closed};
 use crate::cell::Cell;
 use crate::inverse::{Inverse, Question, RateLimits, Rates};
@@ -141,7 +142,7 @@ pub(super) fn rust_loops() -> String {
 }
 
 /// A type and a function.
-pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
+pub(super) fn rust(cell: &Cell, frames: &Frames, inverse: &Inverse) -> String {
     let count = cell.robot.coordinates.len();
     let (name, of) = (&inverse.name, type_name(&inverse.name));
     let joints = inverse.joints.len();
@@ -186,7 +187,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
             let _ = write!(
                 out,
                 "///\n/// `target`: {}{}\n\
-                pub fn {name}(target: &[[f64; 4]; 4]{last}) -> {of} {{\n{motion}{rows}\
+                pub fn {name}(target: &{}{last}) -> {of} {{\n{motion}    let target = &target.matrix;\n{rows}\
                 \x20   let (lower, upper): (&[f64], &[f64]) = (&[{}], &[{}]);\n{}\
                 \x20   let aim = _inverse::Aim {{\n        target,\n        near: {:?},\n        turned: {:?},\n\
                 \x20       lower,\n        upper,\n        endless: &[{}],\n        closed: &closed[..kept],\n\
@@ -200,6 +201,7 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
                 } else {
                     ""
                 },
+                frames.of_inverse(inverse),
                 IN_RUST.list(&search.lower),
                 IN_RUST.list(&search.upper),
                 closed::rust(search, &first),
@@ -248,23 +250,6 @@ pub(super) fn rust(cell: &Cell, inverse: &Inverse) -> String {
         }
     }
     out
-}
-
-/// The arguments of a function, with their types.
-pub(super) fn rust_arguments(count: usize, inverse: &Inverse) -> Vec<(String, String)> {
-    let one = |name: &str, kind: String| (name.to_owned(), kind);
-    let joints = format!("&[f64; {count}]");
-    match &inverse.asked {
-        Question::Pose(search) => {
-            let target = one("target", "&[[f64; 4]; 4]".to_owned());
-            let last = search.seed.is_none().then(|| one("last", joints));
-            std::iter::once(target).chain(last).collect()
-        }
-        Question::Velocity(_) => vec![
-            one("positions", joints),
-            one("velocity", "&[f64; 6]".to_owned()),
-        ],
-    }
 }
 
 /// The motion as a function inside another one.

@@ -1,14 +1,14 @@
 //! Resolves the robots of a cell: how they are held, and which frames stay together.
 
 use super::{Resolver, tree};
-use crate::ast::{self, OutputKind};
+use crate::ast::{self, LoopKind, OutputKind};
 use crate::cell::{OfLoops, Shape};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_quantity::Transform;
 use rc_quantity::rotation::EulerOrder;
 use rc_robot::loops::{self, Loop};
-use rc_robot::{Mount, Refused, Robot};
-use rc_syntax::Loader;
+use rc_robot::{Kept, Mount, Refused, Robot};
+use rc_syntax::{Literal, Loader};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -154,8 +154,16 @@ pub(super) struct Conditions {
 }
 
 impl Resolver<'_> {
-    /// The loops of a cell.
+    /// The loops of its robots, then those of a cell.
     pub(super) fn loops(&mut self, loops: &[ast::Loop]) {
+        let robot = self.robot;
+        let of_robots = robot.loops.iter().filter_map(|own| {
+            let [first, second] = own.frames;
+            let chain = robot.chain(first, second)?;
+            let kept = own.kept;
+            Some(Loop { chain, kept })
+        });
+        self.loops.extend(of_robots);
         let mut known: HashMap<&str, Span> = HashMap::new();
         for closed in loops {
             let name = &closed.name;
@@ -164,9 +172,22 @@ impl Resolver<'_> {
                 self.duplicate(name.span, message, first);
                 continue;
             }
-            if let [first, second, ..] = closed.point.as_slice() {
-                self.duplicate(*second, "`point` occurs twice".to_owned(), *first);
+            if let [(first, _), (second, _), ..] = closed.joints.as_slice() {
+                let message = "a loop has one joint".to_owned();
+                self.duplicate(*second, message, *first);
             }
+            let kept = match closed.joints.first() {
+                None => Kept::Whole,
+                Some((_, LoopKind::Point)) => Kept::Point,
+                Some((span, LoopKind::Revolute(axis))) => {
+                    let axis = self.axis(*span, axis);
+                    Kept::Turning(self.choices.grounding.axis(axis))
+                }
+                Some((span, LoopKind::Prismatic(axis))) => {
+                    let axis = self.axis(*span, axis);
+                    Kept::Sliding(self.choices.grounding.direction(axis))
+                }
+            };
             let [(one, other)] = closed.pairs.as_slice() else {
                 let message = format!(
                     "the loop `{}` connects {} pairs of frames",
@@ -190,11 +211,25 @@ impl Resolver<'_> {
                 self.error("bad-loop", other.span, message);
                 continue;
             }
-            self.loops.push(Loop {
-                chain,
-                is_point: !closed.point.is_empty(),
-            });
+            self.loops.push(Loop { chain, kept });
         }
+    }
+
+    /// A direction of length 1. A wrong one is told.
+    fn axis(&mut self, span: Span, numbers: &[Literal]) -> [f64; 3] {
+        let mut axis = [0.0; 3];
+        for (part, number) in axis.iter_mut().zip(numbers) {
+            *part = number.as_f64().unwrap_or(f64::NAN);
+        }
+        let length = axis
+            .iter()
+            .fold(0.0, |length: f64, part| length.hypot(*part));
+        if (1e-9..=1e9).contains(&length) {
+            return axis.map(|part| part / length);
+        }
+        let message = format!("no axis has the direction {axis:?}");
+        self.error("bad-value", span, message);
+        [0.0, 0.0, 1.0]
     }
 
     /// The coordinates that a solver holds.

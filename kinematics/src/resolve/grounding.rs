@@ -1,7 +1,7 @@
 //! Resolves the choices of printed code: functions, types, units, layouts and axes.
 
 use super::Resolver;
-use crate::ast::{self, Choice, Math, OutputKind, Subject};
+use crate::ast::{self, Choice, Math, OutputKind, Rate, Subject};
 use crate::cell::Choices;
 use rc_diagnostics::{Diagnostic, Diagnostics, Span};
 use rc_formula::{Operand, Program};
@@ -95,6 +95,10 @@ impl Resolver<'_> {
                 | OutputKind::MassMatrix
                 | OutputKind::Accelerations
                 | OutputKind::LoopForces
+                | OutputKind::Driven {
+                    rate: Rate::Efforts,
+                    ..
+                }
         );
         if of_masses && self.choices.length() == "mm" {
             let message = "forces and masses are computed in metres, not with `lengths mm`";

@@ -272,6 +272,7 @@ impl Resolver<'_> {
             joints.dedup();
         }
         self.steps += chain.len() + expressed.as_ref().map_or(0, Chain::len);
+        let frames = [tip, base];
         let (tip, base) = (&asked.tip.text, &asked.base.text);
         let axes = asked.expressed.as_ref().map_or(base, |name| &name.text);
         let question = if is_pose {
@@ -321,6 +322,7 @@ impl Resolver<'_> {
             name: solver.name.text.clone(),
             doc: solver.doc.clone(),
             question: question.replace(char::is_control, " "),
+            frames,
             coordinates,
             joints,
             motion,

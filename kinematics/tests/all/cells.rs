@@ -153,7 +153,7 @@ Kinematics mobile
 }
 
 /// A four-bar linkage in the plane x, z: a crank, a coupler and a rocker.
-const BARS: &str = r#"<robot name="bars">
+pub(crate) const BARS: &str = r#"<robot name="bars">
     <link name="ground"/>
     <link name="crank"><inertial><origin xyz="0.1 0 0"/><mass value="0.4"/><inertia ixx="0.001" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
     <link name="coupler"><inertial><origin xyz="0.3 0 0"/><mass value="0.7"/><inertia ixx="0.001" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -168,7 +168,7 @@ const BARS: &str = r#"<robot name="bars">
 </robot>
 "#;
 
-const FOUR: &str = "import \"bars.urdf\";
+pub(crate) const FOUR: &str = "import \"bars.urdf\";
 Kinematics four
 {
     loop bar { coupler_end = rocker_end; point; };

@@ -32,7 +32,7 @@ fn a_wrong_text_is_told_at_its_place() {
         cell.kdsl:8:56: warning[without-effect]: `gravity` changes nothing: this solver gives no `efforts`, `accelerations` or `loop_forces`
         cell.kdsl:8:64: error[bad-value]: expected an acceleration up to 1000000 m/s², found the number 1000000000
         cell.kdsl:9:44: error[duplicate-name]: `gravity` occurs twice; first declared here at cell.kdsl:9:27
-        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `fixed`, `planar`, `floating`, `loop`, `math`, `scalars`, `lengths`, `matrices`, `frames`, found `slover` (did you mean `solver`?)
+        cell.kdsl:10:5: error[unknown-declaration]: expected one of `solver`, `posture`, `fixed`, `planar`, `floating`, `spherical`, `loop`, `math`, `scalars`, `lengths`, `matrices`, `frames`, found `slover` (did you mean `solver`?)
     "#]].assert_eq(&found);
 }
 
@@ -161,7 +161,7 @@ Kinematics cell
         cell.kdsl:11:10: error[bad-loop]: the loop `none` connects 0 pairs of frames (write one pair: `loop NAME { FRAME = FRAME; };`)
         cell.kdsl:12:10: error[bad-loop]: the loop `twice` connects 2 pairs of frames (write one pair: `loop NAME { FRAME = FRAME; };`)
         cell.kdsl:13:29: error[unconnected-frames]: nothing connects `left.wrist` and `right.wrist`: they are parts of different robots (write where one is, such as `fixed right.base in left.wrist at 1 m, 0, 0;`)
-        cell.kdsl:13:49: error[duplicate-name]: `point` occurs twice; first declared here at cell.kdsl:13:42
+        cell.kdsl:13:49: error[duplicate-name]: a loop has one joint; first declared here at cell.kdsl:13:42
         cell.kdsl:14:31: error[bad-loop]: no joint moves `left.wrist` in `left.wrist`
         cell.kdsl:15:17: error[unconnected-frames]: nothing connects `right.base` and `left.wrist`: they are parts of different robots (write where one is, such as `fixed left.base in right.base at 1 m, 0, 0;`)
         cell.kdsl:15:71: error[unknown-link]: the robot `arm and arm` has no link `left.bse` (did you mean `left.base`?)

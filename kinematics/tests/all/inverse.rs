@@ -89,7 +89,7 @@ fn NAME(reachable: usize, far: usize) {
     }
     println!(\"NAME {found}\");
     for (target, positions) in shown {
-        println!(\"shown {target:?};{positions:?}\");
+        println!(\"shown {:?};{positions:?}\", target.matrix);
     }
     let (mut said, mut worst) = (0, 1.0f64);
     for _ in 0..far {
@@ -477,7 +477,7 @@ fn inverses_in_three_languages_are_the_same() {
                     let last_of_c = list.replace('[', "{").replace(']', "}");
                     writeln!(
                         rust,
-                        "    let r = six::{name}(&[{}]{});\n    r.positions[..{count}].iter().for_each(|n| println!(\"{{n:?}}\")); println!(\"{{}}\", r.reached as u8);",
+                        "    let r = six::{name}(&six::Pose::new([{}]){});\n    r.positions[..{count}].iter().for_each(|n| println!(\"{{n:?}}\")); println!(\"{{}}\", r.reached as u8);",
                         rows.join(", "),
                         if has_last { format!(", &{list}") } else { String::new() }
                     )

@@ -190,7 +190,12 @@ fn wrong_sets_are_told_at_their_places() {
         (
             "link1: hook\n    link2: slide",
             "link1: mast\n    link2: slide",
-            "closes a loop",
+            "note[loop-joint]: the joint `swing` closes a loop",
+        ),
+        (
+            "link1: hook\n    link2: slide",
+            "link1: slide\n    link2: slide",
+            "connect.yaml:27:12: error[bad-value]: the joint `swing` connects `slide` with itself",
         ),
         (
             "amount: PI/2",

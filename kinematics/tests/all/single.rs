@@ -67,8 +67,8 @@ fn main() {
     for _ in 0..2000 {
         let target = wide::fk(&some(random)).pose_tool_in_base;
         let last = some(random);
-        let answer = narrow::reach(&matrix(&target), &single(&last));
-        assert_eq!(answer, narrow::reach(&matrix(&target), &single(&last)));
+        let answer = narrow::reach(&narrow::Pose::new(matrix(&target)), &single(&last));
+        assert_eq!(answer, narrow::reach(&narrow::Pose::new(matrix(&target)), &single(&last)));
         let other = wide::reach(&target, &last);
         let positions = answer.positions.map(f64::from);
         for at in 0..N {
@@ -92,7 +92,7 @@ fn main() {
         let stretch = (1.7 + random.next()) / length;
         for row in &mut target[..3] { row[3] *= stretch; }
         let last = some(random);
-        let answer = narrow::reach(&matrix(&target), &single(&last));
+        let answer = narrow::reach(&narrow::Pose::new(matrix(&target)), &single(&last));
         let other = wide::reach(&target, &last);
         said += (!answer.reached && answer.distance > 1e-3) as usize;
         worst = worst.max((answer.distance as f64).hypot(answer.angle as f64) / other.distance.hypot(other.angle));
@@ -154,6 +154,44 @@ fn poses_are_found_with_32_bits() {
     }
 }
 
+/// In millimetres, a search with 32 bits finds the same poses, within the tolerance that a file has without one.
+#[test]
+fn poses_in_millimetres_are_found_with_32_bits() {
+    let main = "
+fn main() {
+    let random = &mut Random(5);
+    let (mut found, mut worst, mut wrong) = (0, 0.0f64, 0.0f64);
+    for _ in 0..1000 {
+        let mut some = || -> [f64; wide::JOINTS.len()] {
+            std::array::from_fn(|at| wide::LOWER[at].max(-3.0) + random.next() * (wide::UPPER[at].min(3.0) - wide::LOWER[at].max(-3.0)))
+        };
+        let target = wide::fk(&some()).pose_tool_in_base;
+        let last = some().map(|at| at as f32);
+        let mut given = target.map(|row| row.map(|part| part as f32));
+        for row in 0..3 { given[row][3] = (1000.0 * target[row][3]) as f32; }
+        let answer = narrow::reach(&narrow::Pose::new(given), &last);
+        let pose = wide::fk(&answer.positions.map(f64::from)).pose_tool_in_base;
+        let way = (0..3).map(|row| (pose[row][3] - target[row][3]).powi(2)).sum::<f64>().sqrt();
+        found += answer.reached as usize;
+        if answer.reached { worst = worst.max(way); wrong = wrong.max((way - 1e-3 * answer.distance as f64).abs()); }
+    }
+    println!(\"{found}\\n{worst}\\n{wrong}\");
+}
+";
+    for robot in [SIX, SEVEN] {
+        let wide = cell("wide", robot, "", "");
+        let text = "import \"arm.urdf\"; Kinematics narrow { scalars f32; lengths mm;
+            solver fk { pose tool in base; }; solver reach { inverse pose tool in base; within limits; }; };";
+        let (narrow, told) = load_with(text, robot);
+        assert_eq!(told, "");
+        let folder = tempfile::tempdir().expect("a folder");
+        let narrow = narrow.expect("a cell");
+        let numbers = run(folder.path(), &[&wide, &narrow], main);
+        assert!(numbers[0] >= 999.0, "{numbers:?}");
+        assert!(numbers[1] < 1.4e-5 && numbers[2] < 4e-6, "{numbers:?}");
+    }
+}
+
 /// A straight elbow: by rounding, the pose is as often beyond the edge of reach. The closed form has it, so that no search is needed.
 #[test]
 fn poses_at_the_edge_of_reach_have_the_closed_form() {
@@ -169,7 +207,7 @@ fn main() {
         let (mut from, last) = (some(), some());
         from[2] = 0.0;
         let target = wide::fk(&from).pose_tool_in_base.map(|row| row.map(|part| part as f32));
-        let answer = narrow::reach(&target, &last.map(|at| at as f32));
+        let answer = narrow::reach(&narrow::Pose::new(target), &last.map(|at| at as f32));
         assert!(answer.reached);
         println!(\"{}\", answer.iterations);
     }
@@ -200,7 +238,7 @@ fn main() {
             let mut some = || -> [f64; 6] { std::array::from_fn(|_| random.next() * 6.0 - 3.0) };
             let target = wide::fk(&some()).pose_tool_in_base;
             let last = some().map(|at| (at + turns * std::f64::consts::TAU) as f32);
-            let answer = narrow::reach(&target.map(|row| row.map(|part| part as f32)), &last);
+            let answer = narrow::reach(&narrow::Pose::new(target.map(|row| row.map(|part| part as f32))), &last);
             let pose = wide::fk(&answer.positions.map(f64::from)).pose_tool_in_base;
             let way = (0..3).map(|row| (pose[row][3] - target[row][3]).powi(2)).sum::<f64>().sqrt();
             found += answer.reached as usize;
@@ -301,6 +339,7 @@ int main(void)
                 "    let r = six::{name}(&{});\n    let all: &[&[f32]] = &[&{fields}];\n    \
                 all.concat().iter().for_each(|number| println!(\"{{}}\", number.to_bits()));",
                 call.replace(", ", ", &")
+                    .replace("target", "six::Pose::new(target)")
             );
             if let Question::Pose(_) = &inverse.asked {
                 rust.push_str("    println!(\"{}\\n{}\", r.reached as u8, r.iterations);\n");

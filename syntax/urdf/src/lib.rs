@@ -32,17 +32,20 @@ pub enum JointType {
     Floating,
     /// It moves in a plane, and turns about its normal.
     Planar,
+    /// It turns about each axis through its origin. Files of Bullet have it.
+    Spherical,
 }
 
 impl JointType {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Fixed,
         Self::Revolute,
         Self::Continuous,
         Self::Prismatic,
         Self::Floating,
         Self::Planar,
+        Self::Spherical,
     ];
 
     /// The word of URDF.
@@ -54,6 +57,7 @@ impl JointType {
             Self::Prismatic => "prismatic",
             Self::Floating => "floating",
             Self::Planar => "planar",
+            Self::Spherical => "spherical",
         }
     }
 }

@@ -18,7 +18,7 @@ fn poses_and_jacobians_are_those_of_kdl() {
     let mut texts: Vec<String> = Vec::new();
     while texts.len() < 5 {
         let text = random_urdf(&mut random, 5 + texts.len());
-        let others = ["<mimic", "planar", "floating"];
+        let others = ["<mimic", "planar", "floating", "spherical"];
         if !others.iter().any(|word| text.contains(word)) {
             texts.push(text);
         }

@@ -3,6 +3,7 @@
 # Its joints that follow other ones move on their own here. The numbers of the script are those of the
 # coordinates, over the matrix of the velocities of its joints for those of coordinates.
 import json
+import re
 import sys
 
 import numpy
@@ -39,12 +40,16 @@ def state_of(model, case, positions, velocities):
         else:
             q[joint.idx_q] = value
         motion[joint.idx_v, at] = ratio
-    for name, first, size in case["several"]:
+    for name, first, kind in case["several"]:
         joint = model.joints[model.getJointId(name)]
-        own = slice(first, first + size)
+        own = slice(first, first + (6 if kind == "floating" else 3))
         p, v = numpy.array(positions[own]), numpy.array(velocities[own])
         rows = slice(joint.idx_v, joint.idx_v + joint.nv)
-        if size == 3:
+        if kind == "spherical":
+            turn = pinocchio.rpy.rpyToMatrix(p)
+            q[joint.idx_q : joint.idx_q + 4] = pinocchio.Quaternion(turn).coeffs()
+            motion[rows, own], rate[rows, own] = turned(p, v)
+        elif kind == "planar":
             c, s = numpy.cos(p[2]), numpy.sin(p[2])
             q[joint.idx_q : joint.idx_q + 4] = [p[0], p[1], c, s]
             motion[rows, own] = [[c, s, 0], [-s, c, 0], [0, 0, 1]]
@@ -68,11 +73,37 @@ def frame(model, name):
     return at
 
 
+def built(text):
+    """The model of a URDF. Pinocchio's reader knows no spherical joints, its models do."""
+    joints = re.findall(r"<joint\b[^>]*>", text)
+    names = [re.search(r'name="([^"]*)"', joint)[1] for joint in joints if 'type="spherical"' in joint]
+    if not names:
+        return pinocchio.buildModelFromXML(text)
+    # Bullet's limits of these joints have other attributes.
+    spherical = r'<joint\b[^>]*type="spherical".*?</joint>'
+    text = re.sub(spherical, lambda joint: re.sub(r"<limit\b[^>]*/>", "", joint[0]), text, flags=re.S)
+    read = pinocchio.buildModelFromXML(text.replace('type="spherical"', 'type="floating"'))
+    model = pinocchio.Model()
+    for at in range(1, read.njoints):
+        old, name = read.joints[at], read.names[at]
+        joint = pinocchio.JointModelSpherical() if name in names else old
+        model.addJoint(read.parents[at], joint, read.jointPlacements[at], name)
+        new = model.joints[at]
+        if name not in names:
+            places, others = slice(new.idx_q, new.idx_q + new.nq), slice(old.idx_q, old.idx_q + old.nq)
+            for limit in ["lowerPositionLimit", "upperPositionLimit"]:
+                limits = getattr(model, limit)
+                limits[places] = getattr(read, limit)[others]
+                setattr(model, limit, limits)
+    for at in range(read.njoints):
+        model.inertias[at] = read.inertias[at]
+    for frame in list(read.frames)[1:]:
+        model.addFrame(frame, False)
+    return model
+
+
 def facts(case):
-    if "file" in case:
-        model = pinocchio.buildModelFromUrdf(case["file"])
-    else:
-        model = pinocchio.buildModelFromXML(case["urdf"])
+    model = built(open(case["file"]).read() if "file" in case else case["urdf"])
     model.gravity.linear = numpy.array(case["gravity"])
     data = model.createData()
     limits = []

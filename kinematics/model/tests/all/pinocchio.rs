@@ -51,9 +51,10 @@ pub(crate) fn random_urdf(random: &mut fastrand::Rng, links: usize) -> String {
             continue;
         }
         let kind = ["revolute", "continuous", "prismatic", "fixed", "revolute"][random.usize(0..5)];
-        let kind = match random.usize(0..9) {
+        let kind = match random.usize(0..10) {
             0 => "planar",
             1 => "floating",
+            2 => "spherical",
             _ => kind,
         };
         let place = text(&numbers::<3>(random, 0.5));
@@ -178,7 +179,7 @@ fn facts(robot: &Robot, states: &[(State, Vec<usize>)], gravity: [f64; 3]) -> Va
 }
 
 /// The joints of a robot, as the script has them: those of one coordinate, then those of several.
-fn driven(robot: &Robot) -> (Vec<Value>, Vec<Value>) {
+pub(crate) fn driven(robot: &Robot) -> (Vec<Value>, Vec<Value>) {
     let (mut driven, mut several) = (Vec::new(), Vec::new());
     for joint in robot.bodies.iter().filter_map(|body| body.joint.as_ref()) {
         let (Motion::Turns {
@@ -200,10 +201,13 @@ fn driven(robot: &Robot) -> (Vec<Value>, Vec<Value>) {
         };
         // Names of other joints have dots, too.
         let parts = joint.name.rsplit_once('.');
-        match parts.filter(|(name, _)| has(name, "x") && has(name, "yaw")) {
-            Some((name, "roll")) => several.push(json!([name, coordinate - 3, 6])),
+        match parts.filter(|(name, _)| has(name, "yaw")) {
+            Some((name, "roll")) if has(name, "x") => {
+                several.push(json!([name, coordinate - 3, "floating"]));
+            }
+            Some((name, "roll")) => several.push(json!([name, coordinate, "spherical"])),
             Some((name, "yaw")) if has(name, "y") && !has(name, "roll") => {
-                several.push(json!([name, coordinate - 2, 3]));
+                several.push(json!([name, coordinate - 2, "planar"]));
             }
             Some(_) => {}
             None => driven.push(json!([joint.name, coordinate, ratio, offset])),
@@ -343,7 +347,7 @@ fn motions_and_efforts_are_those_of_pinocchio() {
     };
     let mut random = fastrand::Rng::with_seed(44);
     let texts: Vec<String> = (0..12).map(|at| random_urdf(&mut random, 3 + at)).collect();
-    for kind in ["<mimic", "\"planar\"", "\"floating\""] {
+    for kind in ["<mimic", "\"planar\"", "\"floating\"", "\"spherical\""] {
         let count = texts.iter().map(|text| text.matches(kind).count());
         assert!(count.sum::<usize>() > 2, "{kind}");
     }

@@ -7,6 +7,7 @@ use rc_codegen::files::Owner;
 use rc_codegen::{FileLoader, Files, export};
 use rc_diagnostics::{Diagnostics, SourceMap};
 use rc_kinematics::{Cell, Question, Shape};
+use rc_robot::Kept;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -67,6 +68,25 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "effort": limits.map(|limits| limits.effort),
         })
     });
+    let loops = robot.loops.iter().map(|own| {
+        let frames = own.frames.map(|at| robot.bodies[at].name.as_str());
+        let kind = match own.kept {
+            Kept::Whole => "fixed",
+            Kept::Point => "point",
+            Kept::Turning(_) => "revolute",
+            Kept::Sliding(_) => "prismatic",
+        };
+        json!({ "joint": own.name, "type": kind, "frames": frames })
+    });
+    let transmissions = robot.transmissions.iter().map(|own| {
+        json!({
+            "name": own.name,
+            "actuator": own.actuator,
+            "joint": robot.coordinates[own.coordinate],
+            "reduction": own.reduction,
+            "offset": own.offset,
+        })
+    });
     let solvers = cell.solvers.iter().map(|solver| {
         let work = solver.work();
         let outputs = solver.outputs.iter().map(|output| {
@@ -118,6 +138,8 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
         "robot": robot.name,
         "links": robot.links().map(|(_, name)| name).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<Value>>(),
+        "loops": loops.collect::<Vec<Value>>(),
+        "transmissions": transmissions.collect::<Vec<Value>>(),
         "solvers": solvers.collect::<Vec<Value>>(),
         "inverses": inverses.collect::<Vec<Value>>(),
     });

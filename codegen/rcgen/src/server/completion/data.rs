@@ -132,12 +132,14 @@ impl Completion<'_> {
             (["kinematics"], "math" | "scalars" | "lengths" | "matrices" | "frames") => {
                 table(&word)
             }
-            (["kinematics"], "fixed" | "planar" | "floating") => match context.statement.len() {
-                1 | 3 => self.of_robot(target, false),
-                4 => only("at"),
-                7.. if word == "fixed" => only("rpy"),
-                _ => Vec::new(),
-            },
+            (["kinematics"], "fixed" | "planar" | "floating" | "spherical") => {
+                match context.statement.len() {
+                    1 | 3 => self.of_robot(target, false),
+                    4 => only("at"),
+                    7.. if word == "fixed" => only("rpy"),
+                    _ => Vec::new(),
+                }
+            }
             (["kinematics", "loop"], "") => table("loop"),
             (["kinematics", "posture"], "") => self.of_robot(target, true),
             (["kinematics", "solver"], "") => table("solver"),
@@ -145,6 +147,9 @@ impl Completion<'_> {
                 table("inverse")
             }
             (["kinematics", "solver"], "payload") if context.statement.len() == 2 => only("at"),
+            (["kinematics", "solver"], "joint" | "actuator") if context.statement.len() == 1 => {
+                table("driven")
+            }
             (["kinematics", "solver"], "within") => only("limits"),
             (["kinematics", "solver"], "null") => match context.statement.len() {
                 1 => only("posture"),

@@ -3,7 +3,7 @@
 use super::Keyword;
 
 /// The keywords by language and place: the first word of the block, or of the statement.
-pub(crate) const DATA: [(&str, &str, &[Keyword]); 25] = [
+pub(crate) const DATA: [(&str, &str, &[Keyword]); 26] = [
     (
         "gdsl",
         "",
@@ -124,13 +124,27 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 25] = [
             ),
             ("planar", "A robot moves in the plane x, y of a frame."),
             ("floating", "A robot moves freely in a frame."),
+            (
+                "spherical",
+                "A robot turns freely about the origin of a frame.",
+            ),
             ("loop", "Frames that are at one place, and so close a loop."),
         ],
     ),
     (
         "kdsl",
         "loop",
-        &[("point", "Only the places are equal, not the rotations.")],
+        &[
+            ("point", "Only the places are equal, not the rotations."),
+            (
+                "revolute",
+                "The frames turn about this axis: `revolute 0, 0, 1;`",
+            ),
+            (
+                "prismatic",
+                "The frames slide along this axis: `prismatic 1, 0, 0;`",
+            ),
+        ],
     ),
     (
         "kdsl",
@@ -239,6 +253,23 @@ pub(crate) const DATA: [(&str, &str, &[Keyword]); 25] = [
                 "passive",
                 "Joints without a motor, which the loops move: `passive right.turn;`",
             ),
+            (
+                "actuator",
+                "Numbers of motors, for those of joints: `actuator positions;`",
+            ),
+            (
+                "joint",
+                "Numbers of joints, for those of motors: `joint positions;`",
+            ),
+        ],
+    ),
+    (
+        "kdsl",
+        "driven",
+        &[
+            ("positions", "Where they are."),
+            ("velocities", "How fast they move."),
+            ("efforts", "Their torques and forces."),
         ],
     ),
     (
