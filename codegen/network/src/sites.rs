@@ -4,8 +4,10 @@ use crate::programs::processor;
 use crate::workspaces::{self, Target};
 use rc_ddsl::model::{BuildPlace, Deployment, Host, Instance, Processor};
 use rc_diagnostics::{Diagnostic, Diagnostics};
+use serde::Serialize;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -34,14 +36,26 @@ impl Site {
 }
 
 /// How this machine builds for another processor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CrossTool {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CrossTool {
     /// With the linker that a configuration of cargo names.
     Configured,
     /// With the cross compiler of the system.
     Gcc,
     /// With zig, by `cargo zigbuild`.
     Zig,
+}
+
+/// For people.
+impl fmt::Display for CrossTool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Configured => "the configured linker",
+            Self::Gcc => "gcc",
+            Self::Zig => "zig",
+        })
+    }
 }
 
 /// What is known about the hosts of a network.

@@ -2,7 +2,7 @@
 
 use crate::chains::Port;
 use crate::model::Network;
-use crate::sites::Site;
+use crate::sites::{CrossTool, Site};
 use rc_cdsl::model::{Role, Slot};
 use rc_ddsl::conversion::Conversion;
 use rc_ddsl::model::Processor;
@@ -35,6 +35,9 @@ pub struct HostBuild {
     /// The platform of rustc, if they are built here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub platform: Option<&'static str>,
+    /// What links them, if they are built here and this machine can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linker: Option<CrossTool>,
     /// The number of jobs of cargo, if they are built there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jobs: Option<u16>,
@@ -54,6 +57,7 @@ impl HostBuild {
                 arch,
                 place: "here",
                 platform: Some(processor.platform()),
+                linker: network.programs.cross_tool(processor),
                 jobs: None,
                 nice: None,
             }),
@@ -61,6 +65,7 @@ impl HostBuild {
                 arch,
                 place: "there",
                 platform: None,
+                linker: None,
                 jobs: declared.build.jobs,
                 nice: Some(declared.build.nice),
             }),
@@ -77,6 +82,9 @@ impl fmt::Display for HostBuild {
         write!(f, "its programs are built {}", self.place)?;
         if let Some(platform) = self.platform {
             write!(f, " for {platform}")?;
+        }
+        if let Some(linker) = self.linker {
+            write!(f, ", linked with {linker}")?;
         }
         if let Some(jobs) = self.jobs {
             write!(f, ", {jobs} at once")?;

@@ -6,7 +6,7 @@ use crate::launcher::Places;
 use crate::plan::{self, Elsewhere, Environment};
 use crate::profile::Profile;
 use crate::python_copies::{self, HostFiles};
-use crate::sites::Site;
+use crate::sites::{CrossTool, Site};
 use crate::workspaces::{Target, Workspaces};
 use rc_codegen::Project;
 use rc_ddsl::model::{Instance, Processor};
@@ -63,6 +63,12 @@ impl Programs {
         // A faulty manifest is reported where the programs are located.
         let root = self.root().ok().flatten().unwrap_or_default();
         self.sites.of_host(&self.deployment, host, &root)
+    }
+
+    /// What links programs for another processor here. `None`: this machine lacks something.
+    pub(crate) fn cross_tool(&self, processor: Processor) -> Option<CrossTool> {
+        let root = self.root().ok().flatten().unwrap_or_default();
+        self.sites.tool(processor, &root).ok()
     }
 
     /// The hosts with components whose processor the file does not name.

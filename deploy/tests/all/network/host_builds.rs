@@ -150,32 +150,40 @@ fn this_machine_builds_for_another_processor() {
     let site = site("cross_built", "arch OTHER; build here;");
     let ssh = other_host::ssh(&site.path(""));
     let rustc = site.path("bin/rustc");
-    let linker = format!(
-        "CARGO_TARGET_{}_LINKER",
-        OTHER[2].to_uppercase().replace('-', "_")
-    );
+    let upper = OTHER[2].to_uppercase().replace('-', "_");
+    let linker = format!("CARGO_TARGET_{upper}_LINKER");
+    let log = site.path("cargo.log");
     // The real one knows the packages.
     let real = std::env::var_os("CARGO").expect("the tests run by cargo");
     let cargo = site.path("bin/cargo");
-    script(
-        &cargo,
-        &format!(
-            "[ \"$1\" = metadata ] && exec {:?} \"$@\"\necho \"$*\" >> {}\nexit 1\n",
-            Path::new(&real),
-            site.path("cargo.log").display()
-        ),
+    let does = format!(
+        "[ \"$1\" = metadata ] && exec {:?} \"$@\"\necho \"$*\" >> {}\nexit 1\n",
+        Path::new(&real),
+        log.display()
     );
-    let build = || {
-        let variables: [(&str, &Path); 4] = [
+    script(&cargo, &does);
+    // Nothing but a tool of a test is in the path: this machine may have real ones.
+    let run = |words: &[&str], path: &str, configured: &str| {
+        let path = site.path(path);
+        fs::create_dir_all(&path).expect("a folder");
+        let mut command = Command::new(rcdeploy());
+        command.args(words).arg(site.ddsl());
+        let variables: [(&str, &Path); 5] = [
             ("RC_SSH", &ssh),
             ("CARGO", &cargo),
             ("RUSTC", &rustc),
-            (&linker, Path::new("a-linker")),
+            ("PATH", &path),
+            (&linker, Path::new(configured)),
         ];
-        up(&site, &["--build", "--no-generate"], &variables)
+        site.run({
+            command.envs(variables);
+            command
+        })
     };
+    let build = ["up", "--detach", "--build", "--no-generate"];
+    let build = [&build[..], &["--profile", "dev"]].concat();
     script(&rustc, "echo /nowhere/lib\n");
-    let refused = build();
+    let refused = run(&build, "none", "a-linker");
     assert_eq!(refused.code, 1, "{refused:?}");
     assert!(
         refused.stderr.contains("error[missing-cross-compiler]"),
@@ -185,29 +193,58 @@ fn this_machine_builds_for_another_processor() {
     for advice in [&*advice, "; or write `build there;`"] {
         assert!(refused.stderr.contains(advice), "{refused:?}");
     }
-    assert!(!site.path("cargo.log").exists());
 
     script(&rustc, &format!("echo {}\n", site.path("").display()));
-    let built = build();
-    assert_eq!(built.code, 3, "{built:?}");
-    let log = fs::read_to_string(site.path("cargo.log")).expect("a log");
-    let wanted = format!(" --bin simulator --target {}\n", OTHER[2]);
-    assert!(log.starts_with("build ") && log.ends_with(&wanted), "{log}");
-    let plan = site.rcdeploy(&["plan", "--unbuilt", "--format", "json"], true);
-    let plan: serde_json::Value = serde_json::from_str(&plan.stdout).expect("JSON");
-    let build = &plan["hosts"][0]["build"];
-    assert_eq!(
-        (&build["arch"], &build["place"]),
-        (&OTHER[0].into(), &"here".into()),
-        "{plan}"
-    );
-    let program = plan["components"][0]["executable"]
-        .as_str()
-        .expect("a path");
+    let refused = run(&build, "none", "");
     assert!(
-        program.ends_with(&format!("{}/release/simulator", OTHER[2])),
-        "{program}"
+        refused.stderr.contains("`pip install cargo-zigbuild`"),
+        "{refused:?}"
     );
+    assert!(!log.exists());
+    let toolchain = format!("{}-linux-gnu", OTHER[1]);
+    for (tool, begins, ends) in [
+        ("configured", "build ", String::new()),
+        ("zig", "zigbuild ", String::new()),
+        (
+            "gcc",
+            "build ",
+            format!(" --config target.{}.linker=\"{toolchain}-gcc\"", OTHER[2]),
+        ),
+    ] {
+        script(&site.path("zig/cargo-zigbuild"), "");
+        // Before zig, if both are there.
+        script(&site.path("gcc/cargo-zigbuild"), "");
+        script(&site.path(&format!("gcc/{toolchain}-gcc")), "");
+        let configured = if tool == "configured" { "a-linker" } else { "" };
+        let built = run(&build, tool, configured);
+        assert_eq!(built.code, 3, "{built:?}");
+        let said = fs::read_to_string(&log).expect("a log");
+        let wanted = format!(" --bin simulator --target {}{ends}\n", OTHER[2]);
+        assert!(
+            said.starts_with(begins) && said.ends_with(&wanted),
+            "{said}"
+        );
+        fs::remove_file(&log).expect("it was there");
+
+        let plan = run(&["plan", "--unbuilt", "--format", "json"], tool, configured);
+        let plan: serde_json::Value = serde_json::from_str(&plan.stdout).expect("JSON");
+        let wanted = serde_json::json!({
+            "arch": OTHER[0], "place": "here", "platform": OTHER[2], "linker": tool,
+        });
+        assert_eq!(plan["hosts"][0]["build"], wanted, "{plan}");
+        let program = plan["components"][0]["executable"].as_str();
+        let program = program.expect("a path");
+        assert!(
+            program.ends_with(&format!("{}/release/simulator", OTHER[2])),
+            "{program}"
+        );
+    }
+    let plan = run(&["plan", "--unbuilt"], "zig", "");
+    let line = format!(
+        "\nhost robot: {}, its programs are built here for {}, linked with zig\n",
+        OTHER[0], OTHER[2]
+    );
+    assert!(plan.stdout.contains(&line), "{plan:?}");
 }
 
 /// Their places on the host are those here.
