@@ -424,7 +424,8 @@ pub(super) enum Command {
     InstallService {
         #[command(flatten)]
         input: Input,
-        /// Writes a unit of the system, which runs as the owner of the file. It needs root.
+        /// Writes a unit of the system, which runs as the owner of the file (of a link: of its
+        /// target). It needs root.
         #[arg(long)]
         system: bool,
         /// Enables the unit, and does not start it.

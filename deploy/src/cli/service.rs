@@ -29,12 +29,13 @@ struct Manager {
 impl Manager {
     fn of(input: &Input, is_system: bool) -> Result<Self, Failure> {
         if is_system {
+            // Of the file that a link leads to: whoever made the link does not choose the user.
             let owner = input
                 .file
                 .metadata()
                 .map_err(|error| system(&format_args!("{}: {error}", input.file.display())))?;
-            let name = rc_middleware::user_name(owner.uid());
-            let name = name.split(' ').next().unwrap_or_default().to_owned();
+            let variable = |name: &str| std::env::var(name).ok();
+            let name = of_user(owner.uid(), &variable).user_name();
             return Ok(Self {
                 folder: SYSTEM.into(),
                 user: Some((name, owner.uid())),
@@ -89,13 +90,19 @@ impl Manager {
 
 /// What the logout of a user does, or that of this one. `None` if it does nothing.
 pub(super) fn logout(user: Option<u32>) -> Option<Logout> {
-    let machine = Machine {
+    let user = user.unwrap_or_else(|| rustix::process::getuid().as_raw());
+    let variable = |name: &str| std::env::var(name).ok();
+    of_user(user, &variable).logout().ok()
+}
+
+/// This machine, as it is for a user.
+fn of_user(user: u32, variable: &dyn Fn(&str) -> Option<String>) -> Machine<'_> {
+    Machine {
         root: "/".into(),
-        variable: &|name| std::env::var(name).ok(),
-        user: user.unwrap_or_else(|| rustix::process::getuid().as_raw()),
+        variable,
+        user,
         folder: PathBuf::new(),
-    };
-    machine.logout().ok()
+    }
 }
 
 /// Runs a program. An error has its last line.

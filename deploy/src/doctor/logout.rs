@@ -71,6 +71,20 @@ impl Logout {
 }
 
 impl Machine<'_> {
+    /// The name of the user: that of /etc/passwd, else that of another name service, such as LDAP, else
+    /// the number.
+    pub(crate) fn user_name(&self) -> String {
+        let number = self.user.to_string();
+        if let Some((name, _)) = rc_middleware::user_name(self.user).split_once(' ') {
+            return name.to_owned();
+        }
+        // A name service may be on another machine, which does not answer.
+        let entry = self.said("timeout", &["3", "getent", "passwd", &number]);
+        let name = entry.as_deref().and_then(|entry| entry.split(':').next());
+        name.filter(|name| !name.is_empty())
+            .map_or(number, str::to_owned)
+    }
+
     /// What the logout of the user does. The error says why it does nothing.
     pub(crate) fn logout(&self) -> Result<Logout, &'static str> {
         if !self.path("/run/systemd/system").is_dir() {
@@ -80,8 +94,7 @@ impl Machine<'_> {
         if self.user < 1000 {
             return Err("systemd leaves users of the system alone");
         }
-        let name = rc_middleware::user_name(self.user);
-        let user = name.split(' ').next().unwrap_or_default().to_owned();
+        let user = self.user_name();
         let own = format!("/user-{}.slice/session-", self.user);
         let groups = self.text("/proc/self/cgroup");
         let asked = [
@@ -151,10 +164,12 @@ mod tests {
         let said = format!("#!/bin/sh\necho b {kills}\n");
         let files = [SYSTEMD, ("proc/self/cgroup", groups), ("bin/busctl", &said)];
         with(&[&files, more].concat(), &[], |machine| {
-            let program = machine.path("bin/busctl");
-            let mode = PermissionsExt::from_mode(0o755);
-            std::fs::set_permissions(&program, mode).expect("set");
-            let folder = machine.path("bin").to_string_lossy().into_owned();
+            let folder = machine.path("bin");
+            for program in folder.read_dir().expect("a folder") {
+                let mode = PermissionsExt::from_mode(0o755);
+                std::fs::set_permissions(program.expect("a file").path(), mode).expect("set");
+            }
+            let folder = folder.to_string_lossy().into_owned();
             let variable = |name: &str| match name {
                 "PATH" => Some(format!("{folder}:/usr/bin:/bin")),
                 "XDG_RUNTIME_DIR" => Some("/run/user/4000000".to_owned()),
@@ -168,6 +183,20 @@ mod tests {
             };
             machine.logout().expect("it does something")
         })
+    }
+
+    #[test]
+    fn a_user_of_another_name_service_lingers_by_name() {
+        let entry = "#!/bin/sh\n[ \"$*\" = 'passwd 4000000' ] && echo 'mia:*:4000000:1:Mia:/home/mia:/bin/sh'\n";
+        let lingers = |more: &[(&str, &str)]| {
+            let files = [&[("bin/getent", entry)], more].concat();
+            logout("false", "", &files)
+                .ends_service()
+                .map(|(_, fix)| fix)
+        };
+        assert_eq!(lingers(&[("var/lib/systemd/linger/mia", "")]), None);
+        let fix = Some("loginctl enable-linger mia".to_owned());
+        assert_eq!(lingers(&[LINGER]), fix);
     }
 
     #[test]

@@ -116,6 +116,17 @@ fn a_network_becomes_a_unit_that_is_enabled_started_and_removed() {
         calls(&site)[0],
         format!("systemctl --user disable --now {own}")
     );
+    // A unit of the system runs as the owner of the file, whoever made a link to it. Only root gives
+    // files away.
+    let link = site.path("networks/link.ddsl");
+    std::os::unix::fs::symlink(site.ddsl(), &link).expect("a link");
+    if std::os::unix::fs::chown(site.ddsl(), Some(4_000_000), None).is_ok() {
+        let mut command = site.command(&rcdeploy());
+        command.args(["install-service", "--system", "--dry-run", "--profile"]);
+        command.arg("dev").arg(link);
+        let shown = site.run(command);
+        assert!(shown.stdout.contains("\nUser=4000000\n"), "{shown:?}");
+    }
     // A name with a line feed would be a line of the unit.
     let odd = site.path("odd\nExecStartPre=touch x");
     std::os::unix::fs::symlink(site.path("networks"), &odd).expect("a link");
