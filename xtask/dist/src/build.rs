@@ -227,8 +227,7 @@ impl Build {
             self.profile.word(),
             selects,
         ]);
-        // An installed `rcgen` knows no folder of the framework, in either profile.
-        cargo.current_dir(&self.root).env("ROBOCOMP_PACKAGED", "1");
+        cargo.current_dir(&self.root);
         if self.profile == Profile::Dev {
             return cargo;
         }
@@ -240,6 +239,7 @@ impl Build {
         cargo
             .args(["--target-dir".as_ref(), self.target.as_os_str()])
             .env("CARGO_ENCODED_RUSTFLAGS", rust.join("\u{1f}"))
+            .env("ROBOCOMP_PACKAGED", "1")
             .env("RUSTC_WRAPPER", self.wrapper());
         cargo
     }

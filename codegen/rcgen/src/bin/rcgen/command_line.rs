@@ -6,7 +6,8 @@ use rc_command_line::{ArgValueCandidates, CompletionCandidate, Tool, files, word
 use rc_deploy_network::Profile;
 use rc_diagnostics::Format;
 use rc_vocabulary::{Language, Middleware, duration, listed};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::Duration;
 
 pub(crate) const TOOL: Tool = Tool {
@@ -52,12 +53,17 @@ fn codes() -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// The framework of new workspaces: the project that this program was built from. A package is for
-/// machines without that project, and `cargo xtask dist` sets the variable.
-const HERE: &str = match option_env!("ROBOCOMP_PACKAGED") {
-    Some(_) => env!("CARGO_PKG_VERSION"),
-    None => concat!(env!("CARGO_MANIFEST_DIR"), "/../.."),
-};
+/// The framework of new workspaces: the project that this program was built from, if it is on this
+/// machine, otherwise this version. `cargo xtask dist` sets the variable: the folder would be in the
+/// bytes of a package.
+static FRAMEWORK: LazyLock<&str> = LazyLock::new(|| {
+    let here = match option_env!("ROBOCOMP_PACKAGED") {
+        Some(_) => None,
+        None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")),
+    };
+    here.filter(|here| Path::new(here).is_dir())
+        .unwrap_or(env!("CARGO_PKG_VERSION"))
+});
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
@@ -68,7 +74,7 @@ pub(crate) enum Command {
         /// Where the framework's crates come from: a version (0.1), a git address (https://…,
         /// followed by ?branch=…, ?tag=… or ?rev=…), or a folder with this project. A folder inside
         /// the workspace, or in the same git repository, is named by a relative path.
-        #[arg(long, value_name = "VERSION|GIT|PATH", default_value = HERE)]
+        #[arg(long, value_name = "VERSION|GIT|PATH", default_value = *FRAMEWORK)]
         framework: String,
         /// Builds into the target folder of the framework, which must be a folder: cargo then
         /// compiles few crates of crates.io again. Programs of both are in one folder.
