@@ -101,7 +101,8 @@ pub(crate) fn run_all(build: &Build, out: &Path) -> Result<(), String> {
     let inside = "mount -t proc proc \"$0/proc\" && mount --rbind /dev \"$0/dev\" && mount -t tmpfs shm \"$0/dev/shm\" \
                   && ip link set lo up && exec chroot \"$0\" /bin/sh /packages/script";
     run(Command::new("unshare")
-        .args(["--mount", "--pid", "--fork", "--net", "sh", "-c", inside])
+        .args(["--mount", "--pid", "--fork", "--kill-child", "--net"])
+        .args(["sh", "-c", inside])
         .arg(&root)
         .env("HOME", "/root")
         .env(

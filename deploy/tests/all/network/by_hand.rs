@@ -17,6 +17,43 @@ fn a_component_does_not_take_a_name_of_the_supervisor() {
     site.assert_nothing_left();
 }
 
+/// Without a `.ddsl`, its servers are seldom at the default addresses.
+#[test]
+fn a_component_without_a_supervisor_says_where_it_calls() {
+    const HINT: &str = "started without rcdeploy: this component calls servers at ";
+    let site = Site::new("hint");
+    let bind = format!("Laser={}/front/Laser", site.network);
+    let simulator = site.start("simulator", &["--bind", &bind]);
+    assert!(!simulator.log().contains(HINT), "{}", simulator.log());
+    let avoider = site.start("avoider", &["--bind", &bind]);
+    let log = avoider.log();
+    let hint = log
+        .lines()
+        .find(|line| line.contains(HINT))
+        .expect("a hint");
+    assert!(hint.ends_with("`rcdeploy up`"), "{hint}");
+    for called in ["DifferentialRobot", "BatteryStatus"] {
+        assert!(
+            hint.contains(&format!("`{}/{called}`", site.network)),
+            "{hint}"
+        );
+    }
+    // Somebody has said where this one is.
+    assert!(!hint.contains("Laser"), "{hint}");
+    drop((avoider, simulator));
+
+    let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
+    assert_eq!(up.code, 0, "{up:?}");
+    site.await_component("avoider", |one| one["state"] == "running");
+    assert!(
+        !site.log("avoider").contains(HINT),
+        "{}",
+        site.log("avoider")
+    );
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.await_nothing_left();
+}
+
 /// iceoryx2 does not say why it cannot create a data segment.
 #[test]
 fn a_limit_of_mapped_memory_is_named() {
