@@ -130,7 +130,7 @@ impl Solver {
     /// numbers of all payloads.
     ///
     /// # Errors
-    /// There are more or fewer numbers.
+    /// An array has more or fewer numbers.
     pub fn run(
         &self,
         state: &State,
@@ -142,6 +142,12 @@ impl Solver {
             velocities,
             accelerations,
         } = state;
+        let of_payloads = PAYLOAD * self.payloads.len();
+        let count = self.program.inputs().saturating_sub(of_payloads) / 4;
+        let of_joints = [positions, velocities, accelerations, efforts];
+        if of_joints.iter().any(|array| array.len() != count) {
+            return Err(Rejected::Count);
+        }
         let parts = [positions, velocities, accelerations, efforts, payloads];
         self.program.run(&parts.concat())
     }

@@ -300,13 +300,19 @@ impl Resolver<'_> {
         let count = self.robot.coordinates.len();
         let rows = self.loops.iter().map(Loop::rows).sum();
         let order = "For each loop, the way from its first frame to its second one along the axes of the first one";
+        let hinges = self.loops.iter().filter(|own| own.rows() == 5).count();
+        let rest = if hinges > 0 {
+            " Loops that a joint closes have two rows across its axis, and none along or about it."
+        } else {
+            ""
+        };
         let length = self.choices.length();
         let staying = "Joints that are held stay.";
         let found = match output.kind {
             OutputKind::LoopErrors => (
                 "loop_errors",
                 format!(
-                    "{order}, in {length}, then the axis of the turn times twice the sine of half its angle."
+                    "{order}, in {length}, then the axis of the turn times twice the sine of half its angle.{rest}"
                 ),
                 Shape::Vector(rows),
                 OfLoops::Errors,
@@ -314,7 +320,7 @@ impl Resolver<'_> {
             OutputKind::LoopJacobian => (
                 "loop_jacobian",
                 format!(
-                    "{order}, in {length}, then the turn in rad, for each unit that a joint moves."
+                    "{order}, in {length}, then the turn in rad, for each unit that a joint moves.{rest}"
                 ),
                 Shape::Matrix(rows, count),
                 OfLoops::Jacobian,
@@ -323,7 +329,7 @@ impl Resolver<'_> {
                 "loop_forces",
                 format!(
                     "For each loop, the force in N on its second frame along the axes of the first one, then the \
-                    torque in Nm, under these efforts and a gravity of {gravity:?} m/s² in the root."
+                    torque in Nm, under these efforts and a gravity of {gravity:?} m/s² in the root.{rest}"
                 ),
                 Shape::Vector(rows),
                 OfLoops::Forces(*gravity),

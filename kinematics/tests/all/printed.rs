@@ -431,6 +431,52 @@ for wrong in [
     );
 }
 
+/// Too many numbers of one array do not make up for missing ones of the next.
+#[test]
+fn arrays_of_the_wrong_length_are_refused_by_the_interpreter() {
+    let cell = cell();
+    for lengths in [[4, 2, 3, 3], [3, 3, 2, 4], [2, 3, 3, 3], [3, 3, 3, 4]] {
+        let [positions, velocities, accelerations, efforts] =
+            lengths.map(|length| vec![0.5; length]);
+        let state = State {
+            positions,
+            velocities,
+            accelerations,
+        };
+        let found = cell.solvers[0].run(&state, &efforts, &[]);
+        assert_eq!(found, Err(rc_formula::Rejected::Count), "{lengths:?}");
+    }
+}
+
+/// C has no lengths of arrays, but gcc knows those of the declarations.
+#[test]
+fn arrays_that_are_too_short_are_told_by_gcc() {
+    let version = Command::new("cc").arg("--version").output();
+    let version = version.expect("a compiler").stdout;
+    let test = "arrays_that_are_too_short_are_told_by_gcc";
+    if !String::from_utf8_lossy(&version).contains("Free Software Foundation") {
+        return rc_test_support::python::skipped(test, "cc is not gcc");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("cell.h"), rc_kinematics::c(&cell())).expect("a file");
+    for (count, is_short) in [(3, false), (2, true)] {
+        let main = format!(
+            "#include \"cell.h\"\nint main(void) {{ double q[{count}] = {{0}}; cell_fk_result r; cell_fk(q, &r); return (int)r.pose_tool_0_in_base[0][0]; }}\n"
+        );
+        std::fs::write(at("main.c"), main).expect("a file");
+        let mut cc = Command::new("cc");
+        let cc = cc
+            .args(["-std=c99", "-c", "-o"])
+            .arg(at("main.o"))
+            .arg(at("main.c"));
+        let output = cc.output().expect("a compiler");
+        let told =
+            String::from_utf8_lossy(&output.stderr).contains("24 bytes from a region of size 16");
+        assert_eq!(told, is_short, "{output:?}");
+    }
+}
+
 /// A crate without the standard library compiles what `math libm` prints.
 #[test]
 fn rust_needs_no_standard_library() {
