@@ -313,6 +313,11 @@ fn attributes(all: &[Attribute]) -> String {
     format!(", \"attributes\": {{{}}}", texts.join(", "))
 }
 
+/// The value of a text that [`value_text`] prints.
+pub fn value_of(text: &str) -> Option<Value> {
+    value(&serde_json::from_str(text).ok()?)
+}
+
 /// A value as a file has it.
 pub fn value_text(value: &Value) -> String {
     let listed = |items: Vec<String>| format!("[{}]", items.join(", "));

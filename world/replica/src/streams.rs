@@ -2,7 +2,7 @@
 //! each stream arrives in the end.
 
 use property_graph::{Id, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// How many streams a replica holds at most.
@@ -29,7 +29,6 @@ struct Latest {
     value: Value,
     /// How often this replica sends it at most, if it has written it.
     each: Duration,
-    is_unsent: bool,
     /// When it was last sent, or received.
     sent: Option<Duration>,
 }
@@ -38,6 +37,8 @@ struct Latest {
 #[derive(Default)]
 pub(crate) struct Streams {
     latest: BTreeMap<(Id, String), Latest>,
+    /// Those that this replica has written and not sent yet.
+    unsent: BTreeSet<(Id, String)>,
 }
 
 impl Streams {
@@ -53,9 +54,9 @@ impl Streams {
             writer: sample.writer,
             value: sample.value,
             each,
-            is_unsent: true,
             sent,
         };
+        self.unsent.insert(key.clone());
         self.latest.insert(key, latest);
     }
 
@@ -73,9 +74,9 @@ impl Streams {
             writer: sample.writer,
             value: sample.value.clone(),
             each: Duration::ZERO,
-            is_unsent: false,
             sent: Some(now),
         };
+        self.unsent.remove(&key);
         self.latest.insert(key, latest);
         true
     }
@@ -96,18 +97,23 @@ impl Streams {
     /// The values that are due, and when the next ones are.
     pub(crate) fn due(&mut self, now: Duration) -> (Vec<Sample>, Option<Duration>) {
         let (mut due, mut next) = (Vec::new(), None::<Duration>);
-        for ((of, name), latest) in self.latest.iter_mut().filter(|(_, l)| l.is_unsent) {
+        let all = &mut self.latest;
+        self.unsent.retain(|key| {
+            // A change may have replaced it.
+            let Some(latest) = all.get_mut(key) else {
+                return false;
+            };
             let at = latest
                 .sent
                 .map_or(now, |sent| sent.saturating_add(latest.each));
             if at > now {
                 next = Some(next.map_or(at, |next| next.min(at)));
-                continue;
+                return true;
             }
-            latest.is_unsent = false;
             latest.sent = Some(now);
-            due.push(sample(*of, name, latest));
-        }
+            due.push(sample(key.0, &key.1, latest));
+            false
+        });
         (due, next)
     }
 

@@ -50,7 +50,8 @@ pub(crate) enum WorldAction {
     Set {
         #[command(flatten)]
         of: OfWorld,
-        /// The changes, as in `front.width=0.9`, `front.width=90cm`, `kitchen/RT/front.pose=[1,0,0,0,0,0]`.
+        /// The changes, as in `front.width=0.9`, `front.width=90cm`, `kitchen/RT/front.pose=[1,0,0,0,0,0]`. Values are
+        /// written as `get` prints them.
         #[arg(required = true, value_name = "ELEMENT.ATTRIBUTE=VALUE", value_parser = change)]
         changes: Vec<(String, String)>,
     },
@@ -129,7 +130,7 @@ pub(crate) enum WorldAction {
         /// The recording.
         #[arg(value_name = "FILE.mcap", add = files(&["mcap"]))]
         file: PathBuf,
-        /// The schema of the world.
+        /// The schema of the world, also one that comes with the tools.
         #[arg(long, value_name = "FILE.gdsl", add = files(&["gdsl"]))]
         schema: PathBuf,
         /// Elements and attributes as of `get`. Without it, all elements.

@@ -1,9 +1,7 @@
 //! `rcdeploy world at`: the world of a recording, as it was at a time.
 
 use super::replica::topic_of;
-use crate::cli::output::{Failure, print_findings, print_note, system};
-use graph_language::Schema;
-use rc_codegen::FileLoader;
+use crate::cli::output::{Failure, print_note, system};
 use rc_diagnostics::SourceMap;
 use rc_diagnostics::foreign::clean;
 use rc_middleware::Reader;
@@ -21,19 +19,6 @@ fn topic(channel: &Channel) -> Option<Topic> {
     topic_of(channel.get(keys::INTERFACE)?, channel.get(keys::OPERATION)?)
 }
 
-/// Reads a schema; findings are printed.
-fn schema(path: &Path) -> Result<Schema, Failure> {
-    let text =
-        rc_files::read(path).map_err(|error| Failure(1, format!("{}: {error}", path.display())))?;
-    let mut sources = SourceMap::new();
-    let source = sources.add(path, text);
-    let (schema, found) = graph_language::load(&mut sources, &FileLoader::new(&[]), source);
-    schema.filter(|_| !found.has_errors()).ok_or_else(|| {
-        print_findings(&sources, &found, rc_diagnostics::Format::Human);
-        Failure(1, String::new())
-    })
-}
-
 /// The world of a recording at a time after its beginning.
 pub(super) fn world(
     after: Duration,
@@ -42,7 +27,13 @@ pub(super) fn world(
 ) -> Result<Arc<Snapshot>, Failure> {
     let time = Arc::new(AtomicU64::new(0));
     let clock = Arc::clone(&time);
-    let setup = Setup::new("rcdeploy", Arc::new(schema(schema_file)?))
+    let schema = graph_language::open(&mut SourceMap::new(), schema_file, rc_files::read);
+    let unusable = |error| {
+        let file = schema_file.display();
+        Failure(1, format!("the schema {file} is not usable:\n{error}"))
+    };
+    let schema = schema.map_err(unusable)?;
+    let setup = Setup::new("rcdeploy", Arc::new(schema))
         .without_tidying()
         .with_clock(move || Time::from_nanos(clock.load(Ordering::Relaxed)));
     let world = World::new(setup);

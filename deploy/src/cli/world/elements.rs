@@ -1,7 +1,7 @@
 //! Nodes and edges as a command line names them, and as commands print them.
 
 use crate::cli::output::Failure;
-use graph_exchange::graph_json::value_text;
+use graph_exchange::graph_json::{value_of, value_text};
 use graph_language::model::Kind;
 use rc_diagnostics::foreign::{clean, clean_to};
 use rc_quantity::Unit;
@@ -310,6 +310,13 @@ pub(super) fn value(
         return Ok(guessed(text));
     };
     let expected = declared.kind.text();
+    match (&declared.kind, value_of(text)) {
+        (Kind::Ints(_), Some(value @ Value::Ints(_)))
+        | (Kind::Texts, Some(value @ Value::Texts(_)))
+        | (Kind::Bytes, Some(value @ Value::Bytes(_)))
+        | (Kind::Topic(_), Some(value @ Value::Sample(_))) => return Ok(value),
+        _ => {}
+    }
     match &declared.kind {
         Kind::Bool => text
             .parse()
@@ -337,8 +344,13 @@ pub(super) fn value(
             let all = list.iter().map(|text| text.as_str().into());
             Ok(Value::Texts(all.collect()))
         }
-        Kind::Bytes | Kind::Topic(_) => {
-            Err(wrong(&format!("{expected}, which no command line has")))
+        Kind::Bytes => Err(wrong(r#"bytes in Base64 like `{"bytes": "AQID"}`"#)),
+        Kind::Topic(of) => {
+            let of = of.as_deref().unwrap_or("RoboCompCamera::TImage");
+            Err(wrong(&format!(
+                r#"a sample of a topic like `{{"topic": "camera.image", "type": "{}", "sequence": 42}}`"#,
+                clean(of)
+            )))
         }
     }
 }
@@ -357,6 +369,7 @@ fn guessed(text: &str) -> Value {
             let numbers: Option<Vec<f64>> = all.iter().map(serde_json::Value::as_f64).collect();
             numbers.map_or_else(text_value, |all| Value::Floats(all.into()))
         }
+        Ok(serde_json::Value::Object(_)) => value_of(text).unwrap_or_else(text_value),
         _ => text_value(),
     }
 }
