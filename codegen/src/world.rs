@@ -1,22 +1,66 @@
-//! The graph that a component shares with others: its schema, and a check that it has what the
-//! component reads and writes.
+//! The graph that components share: its schema, and a check that it has what a component reads and
+//! writes.
 
 use graph_language::Schema;
 use graph_language::model::Attribute;
 use rc_cdsl::Component;
 use rc_cdsl::model::Write;
-use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap};
+use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap};
 use rc_syntax::{Loader, Name};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The schema of a component's world.
+/// The schema of the world of a component or a network.
 #[derive(Clone, Debug)]
 pub struct World {
     /// The types.
     pub schema: Arc<Schema>,
-    /// Its files, the one that the component names first: names without folders, and texts.
+    /// Its files, the one that is named first: names without folders, and texts.
     pub files: Vec<(String, String)>,
+    /// The same files among the sources that were read.
+    pub sources: Vec<SourceId>,
+}
+
+impl World {
+    /// Reads the schema that the file `from` names.
+    pub fn import(
+        from: &Path,
+        name: &Name,
+        sources: &mut SourceMap,
+        loader: &dyn Loader,
+        found: &mut Diagnostics,
+    ) -> Option<Self> {
+        let first = sources.ids().count();
+        let (schema, more) = graph_language::import(sources, loader, from, name);
+        found.extend(more);
+        let schema = Arc::new(schema?);
+        let own: Vec<SourceId> = sources.ids().skip(first).collect();
+        let files = own.iter().map(|id| {
+            let name = sources.path(*id).file_name().unwrap_or_default();
+            let name = name.to_string_lossy().into_owned();
+            (name, sources.text(*id).to_owned())
+        });
+        let files: Vec<(String, String)> = files.collect();
+        let is_taken = |at: usize| files[..at].iter().any(|(name, _)| *name == files[at].0);
+        if let Some(at) = (0..files.len()).find(|at| is_taken(*at)) {
+            let message = format!(
+                "two files of the schema are called `{}`: components have them without their folders",
+                files[at].0
+            );
+            let error = Diagnostic::error("name-collision", name.span, message);
+            found.push(error.help("give one of them another name"));
+        }
+        Some(Self {
+            schema,
+            files,
+            sources: own,
+        })
+    }
+
+    /// Whether a file comes with the framework, so that every component has it.
+    pub fn comes_with_framework((name, text): &(String, String)) -> bool {
+        graph_language::DOMAINS.contains(&(name, text))
+    }
 }
 
 /// Reads the schema of a component's world, and checks what the component says about it.
@@ -27,38 +71,17 @@ pub(crate) fn load(
     loader: &dyn Loader,
     found: &mut Diagnostics,
 ) -> Option<World> {
-    let world = component.world.as_ref()?;
-    let first = sources.ids().count();
-    let (schema, more) = graph_language::import(sources, loader, cdsl, &world.schema);
-    found.extend(more);
-    let schema = schema?;
-    if let Some(access) = &world.access {
+    let declared = component.world.as_ref()?;
+    let world = World::import(cdsl, &declared.schema, sources, loader, found)?;
+    if let Some(access) = &declared.access {
         for kind in &access.reads {
-            attributes(&schema, kind, found);
+            attributes(&world.schema, kind, found);
         }
         for write in &access.writes {
-            check(&schema, write, found);
+            check(&world.schema, write, found);
         }
     }
-    let files = sources.ids().skip(first).map(|id| {
-        let name = sources.path(id).file_name().unwrap_or_default();
-        let name = name.to_string_lossy().into_owned();
-        (name, sources.text(id).to_owned())
-    });
-    let files: Vec<(String, String)> = files.collect();
-    let is_taken = |at: usize| files[..at].iter().any(|(name, _)| *name == files[at].0);
-    if let Some(at) = (0..files.len()).find(|at| is_taken(*at)) {
-        let message = format!(
-            "two files of the schema are called `{}`: the component has them without their folders",
-            files[at].0
-        );
-        let error = Diagnostic::error("name-collision", world.schema.span, message);
-        found.push(error.help("give one of them another name"));
-    }
-    Some(World {
-        files,
-        schema: Arc::new(schema),
-    })
+    Some(world)
 }
 
 /// The attributes of a type, or a finding that there is no such type.

@@ -54,7 +54,7 @@ pub(crate) struct Type<'a, T, A> {
     /// The attributes that are set.
     written: Vec<Attribute<'a, A>>,
     #[serde(flatten)]
-    own: T,
+    pub(crate) own: T,
 }
 
 /// An attribute.

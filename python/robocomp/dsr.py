@@ -7,8 +7,10 @@ change that the schema does not allow raises `ValueError`.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ import numpy.typing as npt
 from robocomp import graph as _graphs
 from robocomp._graph import Edge as GraphEdge
 from robocomp._graph import Node as GraphNode
-from robocomp.world import Call, World
+from robocomp.world import _OF_THREAD, Call, World
 
 __all__ = ["Attribute", "DSRGraph", "Edge", "Node", "inner_api", "rt_api", "signals"]
 
@@ -61,7 +63,7 @@ def _attributes(element: Any) -> dict[str, Attribute]:
 class Node:
     """A node: a copy, which `DSRGraph.update_node` writes back."""
 
-    __slots__ = ("agent_id", "attrs", "id", "name", "type")
+    __slots__ = ("_edges", "_graph", "_read", "agent_id", "attrs", "id", "name", "type")
 
     def __init__(self, agent_id: int, type: str, name: str = "") -> None:
         self.id = 0
@@ -69,13 +71,33 @@ class Node:
         self.type = type
         self.name = name
         self.attrs: dict[str, Attribute] = {}
+        self._graph: DSRGraph | None = None
+        # The version from which it was read.
+        self._read: tuple[_graphs.Snapshot, GraphNode] | None = None
+        self._edges: dict[tuple[int, str], Edge] | None = None
 
     @classmethod
-    def _of(cls, node: GraphNode) -> Node:
+    def _of(cls, graph: DSRGraph, now: _graphs.Snapshot, node: GraphNode) -> Node:
         own = cls(0, node.type, node.name)
         own.id = _id(node.id)
         own.attrs = _attributes(node)
+        own._graph = graph
+        own._read = (now, node)
         return own
+
+    @property
+    def edges(self) -> dict[tuple[int, str], Edge]:
+        """Copies of the edges from it when it was read, by the ids of the nodes where they end, and their types.
+        `DSRGraph.insert_or_assign_edge` writes one back. A node that the agent has made has none."""
+        if self._edges is None:
+            edges = [] if self._read is None else self._read[0].edges(None, self._read[1])
+            copies = [Edge._of(edge) for edge in edges]
+            self._edges = {(edge.destination, edge.type): edge for edge in copies}
+        return self._edges
+
+    def get_edges(self) -> list[Edge]:
+        """The values of `edges`."""
+        return list(self.edges.values())
 
     def __repr__(self) -> str:
         return f"Node({self.name!r}, {self.type!r})"
@@ -104,12 +126,32 @@ class Edge:
 
 
 class DSRGraph:
-    """The world of a component under DSR's names: `DSRGraph(ctx.g)`."""
+    """The world of a component under DSR's names: `DSRGraph(ctx.g)`, or as agents make it,
+    `DSRGraph(0, "agent", agent_id)`.
+
+    The second form takes the world of the component whose worker runs on this thread. Its other parameters mean
+    nothing here: the network has one world, and says over which middleware and domain its replicas meet, and no
+    agent has an id to choose. A file is none of them: `start "FILE";` of the network's `World` reads it.
+    """
 
     __slots__ = ("_world",)
 
-    def __init__(self, world: World[Any, Any]) -> None:
-        self._world = world
+    def __init__(
+        self,
+        root: World[Any, Any] | int,
+        name: str = "",
+        id: int = 0,
+        dsr_input_file: str = "",
+        all_same_host: bool = True,
+        domain_id: int = 0,
+        sync_mode: Any = None,
+    ) -> None:
+        if dsr_input_file:
+            raise ValueError(f'the network has the file: `World g {{ …; start "{dsr_input_file}"; }};`')
+        world = root if isinstance(root, World) else getattr(_OF_THREAD, "world", None)
+        if world is None:
+            raise RuntimeError("the component of this thread has no world: add `options dsr;` to its .cdsl")
+        self._world: World[Any, Any] = world
 
     def get_agent_id(self) -> int:
         """0: replicas have numbers of their own, which are not chosen."""
@@ -119,8 +161,12 @@ class DSRGraph:
         """The name of the component in its network."""
         return self._world._link.name()
 
-    def _node(self, of: int | str) -> GraphNode | None:
+    def _now(self) -> _graphs.Snapshot:
         now: _graphs.Snapshot = self._world.snapshot().graph
+        return now
+
+    def _node(self, of: int | str, now: _graphs.Snapshot | None = None) -> GraphNode | None:
+        now = self._now() if now is None else now
         if isinstance(of, str):
             try:
                 return now.node(of)
@@ -158,8 +204,9 @@ class DSRGraph:
 
     def get_node(self, of: int | str) -> Node | None:
         """The node with an id or a name. `None` if there is none."""
-        node = self._node(of)
-        return None if node is None else Node._of(node)
+        now = self._now()
+        node = self._node(of, now)
+        return None if node is None else Node._of(self, now, node)
 
     def get_node_root(self) -> Node | None:
         """The node of the type `root`."""
@@ -168,12 +215,13 @@ class DSRGraph:
 
     def get_nodes(self) -> list[Node]:
         """All nodes."""
-        return [Node._of(node) for node in self._world.snapshot().graph.nodes()]
+        now = self._now()
+        return [Node._of(self, now, node) for node in now.nodes()]
 
     def get_nodes_by_type(self, type: str) -> list[Node]:
         """The nodes of a type."""
-        nodes = self._world.snapshot().graph.nodes()
-        return [Node._of(node) for node in nodes if node.type == type]
+        now = self._now()
+        return [Node._of(self, now, node) for node in now.nodes() if node.type == type]
 
     def get_nodes_by_types(self, types: Iterable[str]) -> list[Node]:
         """The nodes of several types."""
@@ -224,6 +272,7 @@ class DSRGraph:
         _, made = self._world._replica.change(self._world._link.now_ns(), steps)
         self._world._send()
         node.id = _id(made[0].id)
+        node._graph = self
         return node.id
 
     def update_node(self, node: Node) -> bool:
@@ -297,6 +346,15 @@ class DSRGraph:
         return self._make(steps)
 
 
+    def write_to_json_file(self, file: str | Path, skip_atts: Iterable[str] = ()) -> None:
+        """Writes the present version as a file of DSR, without these attributes. The log says what such a file does
+        not have. Raises `OSError` if it cannot be written."""
+        text, lost = self._now()._now.dsr(list(skip_atts))
+        for line in lost:
+            logging.getLogger("robocomp").warning(f"{file}: {line}")
+        Path(file).write_text(text, encoding="utf-8")
+
+
 class rt_api:  # noqa: N801
     """Poses of edges."""
 
@@ -311,9 +369,10 @@ class rt_api:  # noqa: N801
         """As `DSRGraph.insert_or_assign_edge_RT`."""
         return self._graph.insert_or_assign_edge_RT(parent, child, trans, rot)
 
-    def get_edge_RT(self, parent: Node, child: int) -> Edge | None:  # noqa: N802
-        """The edge `RT` to a node."""
-        return self._graph.get_edge(parent.id, child, _RT)
+    @staticmethod
+    def get_edge_RT(node: Node, to: int, type_edge: str = _RT) -> Edge | None:  # noqa: N802
+        """The edge `RT` to a node, as it is now. `None` if there is none, or if the first node was never in a graph."""
+        return None if node._graph is None else node._graph.get_edge(node.id, to, type_edge)
 
     def get_edge_RT_as_rtmat(  # noqa: N802
         self, edge: Edge, timestamp: int = 0

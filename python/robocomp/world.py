@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import timedelta
 from time import monotonic_ns
@@ -366,6 +367,10 @@ class Overruled:
         """The value of the other one, which none shows."""
 
 
+# The world of the component whose worker runs on a thread.
+_OF_THREAD = threading.local()
+
+
 class World(Generic[V, E]):
     """A replica of the world of a network."""
 
@@ -380,11 +385,14 @@ class World(Generic[V, E]):
         self._link = link
         self._view = view
         self._edit = edit
-        link.set_world_schema(list(files))
+        given = link.world_schema()
+        if not given:
+            link.set_world_schema(list(files))
         rights = None if rights is None else list(rights)
-        self._replica = Replica(link.name(), link.unique(), link.now_ns(), list(files), rights)
+        self._replica = Replica(link.name(), link.unique(), link.now_ns(), list(files), given, rights)
         link.know_frames(self._replica.metres)
         self._send: Callable[[], None] = lambda: None
+        _OF_THREAD.world = self
         self._listeners: list[Listener] = []
 
     def snapshot(self, after: str | None = None, limit: timedelta = timedelta(0)) -> V:

@@ -219,6 +219,11 @@ impl Link {
         self.with_core(|core| core.unique())
     }
 
+    /// The files of the schema of the network's world, if it has more than that of the component.
+    fn world_schema(&self) -> PyResult<Vec<(String, String)>> {
+        self.with_core(|core| core.world_schema())
+    }
+
     /// Gives tools the files of the schema of the component's world.
     #[expect(
         clippy::needless_pass_by_value,

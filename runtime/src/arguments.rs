@@ -42,7 +42,12 @@ pub(crate) struct Arguments {
     pub(crate) members: Listed,
     /// The conversions of slots.
     pub(crate) conversions: Conversions,
+    /// The files of the network's world, if its schema has more than that of the component.
+    pub(crate) schema: Files,
 }
+
+/// Files of a schema: names and texts, beginning with the one that names the others.
+pub(crate) type Files = Vec<(String, String)>;
 
 impl Arguments {
     /// The arguments of a component of which nothing is set.
@@ -65,6 +70,7 @@ impl Arguments {
             keep_free: None,
             members: Listed::new(),
             conversions: Conversions::default(),
+            schema: Files::new(),
         }
     }
 

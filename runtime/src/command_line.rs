@@ -1,6 +1,6 @@
 //! The command line of every generated binary.
 
-use crate::arguments::{Arguments, check_slot};
+use crate::arguments::{Arguments, Files, check_slot};
 use crate::description::{Description, Slot};
 use crate::time::ClockChoice;
 use lexopt::prelude::{Long, Short, ValueExt};
@@ -75,6 +75,7 @@ pub(crate) fn parse(
                 let (slot, providers) = providers(description, &parser.value()?.string()?)?;
                 out.conversions.providers.insert(slot, providers);
             }
+            Long("schema") => out.schema = schema(description, &parser.value()?.string()?)?,
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
             Long("followers") => {
@@ -316,6 +317,17 @@ fn providers(description: &Description, text: &str) -> Result<(String, String), 
     Ok((check_slot(description, slot)?, names))
 }
 
+/// Parses `[["home.gdsl", "Domain home { … };"]]`.
+fn schema(description: &Description, text: &str) -> Result<Files, lexopt::Error> {
+    let mut slots = description.slots.iter();
+    if slots.all(|slot| slot.type_name != rc_vocabulary::WORLD_SLOTS[0].type_name) {
+        return Err(format!("--schema: {} shares no world", description.name).into());
+    }
+    let files: Result<Files, _> = serde_json::from_str(text);
+    let wrong = "--schema takes FILES, as `rcdeploy plan --format json` prints them";
+    Ok(files.map_err(|error| format!("{wrong}: {error}"))?)
+}
+
 /// Parses `lasers=front,back`. A list may be empty.
 fn members(description: &Description, text: &str) -> Result<(String, Vec<String>), lexopt::Error> {
     let Some((array, list)) = text.split_once('=') else {
@@ -436,6 +448,7 @@ fn help(description: &Description) -> String {
          --frames SLOT=TREE    the slot of an InnerModel, those of tf, or the world, that know where the frames of these values are\n  \
          --providers SLOT=NAMES\n                        \
          who sends what a slot converts, for the log\n  \
+         --schema FILES        names and texts of the schema of the shared world, if it has more than that of the component (JSON)\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

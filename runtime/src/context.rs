@@ -157,6 +157,12 @@ impl Core {
         self.exact.number(Kind::Unique, number)
     }
 
+    /// The files of the schema of the network's shared world, if it has more than that of the
+    /// component: names and texts, beginning with the one that the network names. Otherwise empty.
+    pub fn world_schema(&self) -> Vec<(String, String)> {
+        self.shared.status().schema.clone()
+    }
+
     /// Gives tools the files of the schema of the component's shared world, names and texts,
     /// beginning with the one that the component names.
     pub fn set_world_schema(&self, files: &[(&str, &str)]) {

@@ -171,6 +171,7 @@ impl<'a> Prepared<'a> {
         if matches!(hosting, Hosting::Process(_)) && !Link::is_expected() {
             report_default_addresses(&slots, network);
         }
+        shared.status().schema.clone_from(&arguments.schema);
         let commands = Arc::new(CommandQueue::new(wake_event.clone()));
         let environment = Environment {
             network: network.clone(),
@@ -243,6 +244,7 @@ impl<'a> Prepared<'a> {
             &self.loaded.values(),
             &self.arguments.members,
         );
+        began.schema.clone_from(&self.arguments.schema);
         began.program = match self.hosting {
             Hosting::Process(program) => program.display().to_string(),
             Hosting::Shared(place) => place.program.display().to_string(),

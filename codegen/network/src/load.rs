@@ -131,6 +131,7 @@ pub(crate) fn check(
         passed_settings,
         texts,
         files,
+        world: None,
     };
     let bindings: Vec<_> = configured.into_iter().map(|c| c.bindings).collect();
     network.addresses = addresses(&network, &bindings);
@@ -145,7 +146,7 @@ pub(crate) fn check(
     rules::check(&network, found);
     ros_names::check(&network, found);
     unsupported::check(&network, found);
-    world::check(
+    network.world = world::check(
         &network.deployment,
         &network.projects,
         sources,

@@ -6,6 +6,7 @@ use crate::programs::Programs;
 use rc_cdsl::model::{Middleware, Slot};
 use rc_codegen::Project;
 use rc_codegen::proxies::Proxies;
+use rc_codegen::world::World;
 use rc_ddsl::model::{Deployment, Instance, Setting};
 use rc_ddsl::{Endpoint, Network as Connections};
 use serde::Serialize;
@@ -106,6 +107,8 @@ pub struct Network {
     pub texts: HashMap<PathBuf, Vec<usize>>,
     /// The files that parameters name, as far as their contents were checked.
     pub files: Vec<PathBuf>,
+    /// The schema of its world.
+    pub(crate) world: Option<World>,
 }
 
 impl Network {

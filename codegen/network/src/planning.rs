@@ -14,6 +14,7 @@ use crate::planned_chain::{
 use crate::process_name::process_name;
 use crate::profile::Profile;
 use crate::python_copies::HostFiles;
+use crate::world;
 use rc_cdsl::model::Slot;
 use rc_codegen::Project;
 use rc_codegen::paths::normal;
@@ -125,6 +126,9 @@ impl Network {
                 option("--set", format!("{path}={value}"));
             }
             let component = project.map(|p| &p.component);
+            if let Some(files) = world::handed(self, at) {
+                option("--schema", files);
+            }
             for set in self.passed_settings(at) {
                 let (middleware, key) = (set.middleware.word(), set.key);
                 let value = &set.value;

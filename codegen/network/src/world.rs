@@ -1,12 +1,17 @@
 //! The world of a network: checks the schemas of its components, who writes what, and the contents
 //! of its start file.
 
+mod part;
+
+pub(crate) use part::handed;
+
 use crate::model::Network;
 use crate::{keeper, link_load};
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
 use rc_cdsl::model::{Access, World as Clause, Write};
 use rc_codegen::Project;
+use rc_codegen::world::World as Known;
 use rc_ddsl::Endpoint;
 use rc_ddsl::model::{Deployment, Instance, InstanceOrGroup, SlotPath, World};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, nearest};
@@ -20,7 +25,7 @@ use std::time::Duration;
 pub(crate) struct Member<'a> {
     pub(crate) instance: &'a Instance,
     pub(crate) clause: &'a Clause,
-    schema: &'a Schema,
+    own: &'a Known,
     /// The default period of its `compute()`.
     pub(crate) period: Duration,
 }
@@ -36,14 +41,14 @@ impl Member<'_> {
     }
 }
 
-/// Checks the world of a network with the components that share it.
+/// Checks the world of a network with the components that share it. Returns its schema.
 pub(crate) fn check(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
     sources: &mut SourceMap,
     loader: &dyn Loader,
     found: &mut Diagnostics,
-) {
+) -> Option<Known> {
     let members: Vec<Member<'_>> = deployment
         .instances
         .iter()
@@ -53,13 +58,14 @@ pub(crate) fn check(
             Some(Member {
                 instance,
                 clause: project.component.world.as_ref()?,
-                schema: &project.world.as_ref()?.schema,
+                own: project.world.as_ref()?,
                 period: project.component.period,
             })
         })
         .collect();
     let Some(world) = &deployment.world else {
-        return without(&members, found);
+        without(&members, found);
+        return None;
     };
     let all_are_known = projects.iter().all(Option::is_some);
     let shares = |project: &&Rc<Project>| {
@@ -71,41 +77,32 @@ pub(crate) fn check(
         let warning = Diagnostic::warning("unused-world", world.name.span, message);
         found.push(warning.help("write a clause `world` in a `.cdsl`"));
     }
-    let Some(name) = &world.schema else {
-        return;
-    };
+    let name = world.schema.as_ref()?;
     let from = world.folder.join("network.ddsl");
-    let (schema, more) = graph_language::import(sources, loader, &from, name);
-    found.extend(more);
-    let Some(schema) = schema else {
-        return;
-    };
+    let known = Known::import(&from, name, sources, loader, found)?;
+    let schema = &*known.schema;
     let fits = members.iter().filter(|member| {
-        let reason = difference(&schema, member.schema);
-        if let Some(reason) = &reason {
-            let cdsl = member.instance.cdsl.as_ref();
-            let span = cdsl.map_or(member.instance.name.span, |cdsl| cdsl.span);
-            let message = format!(
-                "the world of `{}` does not fit: {reason}",
-                member.instance.path
-            );
-            let error = Diagnostic::error("world-schema", span, message);
-            let error = error.label(name.span, "the schema of the network");
-            found.push(error.help("give all components of the network the same `.gdsl`"));
-        }
-        reason.is_none()
+        let misfit = part::misfit(&known, member.clause.access.as_ref(), member.own, sources);
+        let fits = misfit.is_none();
+        found.extend(misfit.map(|misfit| {
+            let span = member.clause.schema.span;
+            let error = misfit.diagnostic(&member.instance.path, span, name.span);
+            error.label(member.instance.name.span, "the component in the network")
+        }));
+        fits
     });
     let all_fit = fits.count() == members.len();
-    let start = start(world, &schema, sources, found);
+    let start = start(world, schema, sources, found);
     keep(world, found);
     if all_fit && all_are_known {
-        writers(&schema, &members, found);
+        writers(schema, &members, found);
         // What a component writes that shares any world is not declared.
         if !others_share {
-            readers(&schema, &members, start.as_ref(), found);
+            readers(schema, &members, start.as_ref(), found);
         }
-        link_load::check(deployment, &members, &schema, start.as_ref(), found);
+        link_load::check(deployment, &members, schema, start.as_ref(), found);
     }
+    Some(known)
 }
 
 /// Reports connections that look for frames in a world whose nodes have none.
@@ -120,7 +117,8 @@ pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
         let (Some(tree), Some(clause)) = (tree, clause) else {
             continue;
         };
-        let schema = project.and_then(|project| Some(&project.world.as_ref()?.schema));
+        let own = project.and_then(|project| project.world.as_ref());
+        let schema = network.world.as_ref().or(own).map(|world| &world.schema);
         if tree != clause.name.text || schema.is_none_or(|schema| schema.has_transforms()) {
             continue;
         }
@@ -155,28 +153,6 @@ fn without(members: &[Member<'_>], found: &mut Diagnostics) {
         let error = Diagnostic::error("no-world", member.instance.name.span, message);
         found.push(error.help(format!("add `World g {{ schema \"{schema}\"; }};`")));
     }
-}
-
-/// The difference between a component's schema and the network's: the first declaration, and how
-/// many more. Replicas refuse messages of another schema.
-fn difference(network: &Schema, own: &Schema) -> Option<String> {
-    let all = network.differences(own);
-    let first = all.first()?;
-    let what = &first.what;
-    let text = match (&first.first, &first.second) {
-        (None, Some(own)) => format!("`{what}` is `{own}` there, and the network has none"),
-        (Some(network), Some(own)) => {
-            format!("`{what}` is `{own}` there, and `{network}` in the network")
-        }
-        (network, None) => format!(
-            "it has no `{what}`, which is `{}` in the network",
-            network.as_deref().unwrap_or_default()
-        ),
-    };
-    Some(match all.len() {
-        1 => text,
-        count => format!("{text}; {} more declarations differ", count - 1),
-    })
 }
 
 /// Reads the file with the initial contents of the world, and compares it with the schema.

@@ -4,6 +4,7 @@ use super::handlers::Handler;
 use super::names;
 use super::worker_traits::WorkerTrait;
 use crate::view;
+use crate::world::World as Files;
 use crate::world_types::{self, Declarations, Spelling};
 use graph_language::model::Kind;
 use serde::Serialize;
@@ -57,6 +58,8 @@ pub(crate) struct World<'a> {
     rights: Vec<String>,
     everything: bool,
     types: Vec<Type<'a>>,
+    /// The types of geometry, which the library has, each as the module exports it.
+    geometry: Vec<String>,
     queries: Vec<Query<'a>>,
     /// Whether a type is read.
     reads: bool,
@@ -79,6 +82,8 @@ struct File {
 #[derive(Debug, Serialize)]
 struct Documentation<'a> {
     doc: &'a [String],
+    /// Whether the library has the type.
+    is_of_geometry: bool,
 }
 
 /// Additions of Rust to an attribute.
@@ -137,8 +142,21 @@ pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
             .join(", "),
         handlers,
         reads: types.iter().any(|of| of.is_read),
+        geometry: types.iter().filter_map(exported).collect(),
         types,
         queries,
+    })
+}
+
+/// `Frame`, or `Frame as Frame_` if the module has another type of this name.
+fn exported(of: &Type) -> Option<String> {
+    let name = names::ty(of.kind);
+    of.own.is_of_geometry.then(|| {
+        if name == of.ty {
+            name
+        } else {
+            format!("{name} as {}", of.ty)
+        }
     })
 }
 
@@ -153,23 +171,20 @@ pub(super) fn handlers(world: &mut World) -> WorkerTrait {
     }
 }
 
-fn entry((at, (name, text)): (usize, &(String, String))) -> String {
-    if comes_with_framework(name, text) {
+fn entry((at, file): (usize, &(String, String))) -> String {
+    let name = &file.0;
+    if Files::comes_with_framework(file) {
         format!("typed::domain({name:?})")
     } else {
         format!("({name:?}, FILE_{at})")
     }
 }
 
-fn file((at, (name, text)): (usize, &(String, String))) -> Option<File> {
-    (!comes_with_framework(name, text)).then(|| File {
+fn file((at, file): (usize, &(String, String))) -> Option<File> {
+    (!Files::comes_with_framework(file)).then(|| File {
         constant: format!("FILE_{at}"),
-        text: raw(text),
+        text: raw(&file.1),
     })
-}
-
-fn comes_with_framework(name: &str, text: &str) -> bool {
-    graph_language::DOMAINS.contains(&(name, text))
 }
 
 /// A text as a raw string.
@@ -193,7 +208,10 @@ fn right(write: &view::world::Written) -> String {
 }
 
 fn documentation(of: &view::world::Type) -> Documentation<'_> {
-    Documentation { doc: &of.doc }
+    Documentation {
+        doc: &of.doc,
+        is_of_geometry: of.is_of_geometry,
+    }
 }
 
 fn parameter(kind: view::world::Parameter) -> Parameter {

@@ -1,6 +1,7 @@
 //! The world of a component: the types of its schema, and the component's access to them.
 
 use crate::project::Project;
+use crate::world::World as Known;
 use graph_language::Schema;
 use graph_language::model::{Attribute as Declared, Kind, Port};
 use rc_cdsl::model::Access;
@@ -59,6 +60,8 @@ pub struct Type {
     pub is_written: bool,
     /// Whether the component gets its changes.
     pub is_read: bool,
+    /// Whether it is a type of the `geometry.gdsl` that comes with the framework.
+    pub is_of_geometry: bool,
 }
 
 /// A query that the schema names.
@@ -120,7 +123,7 @@ pub(super) fn of(project: &Project) -> Option<World> {
             let reads = access.reads.iter();
             reads.map(|kind| kind.text.clone()).collect()
         }),
-        types: types(&world.schema, access),
+        types: types(world, access),
         queries: world.schema.queries.iter().map(query).collect(),
         files: world.files.clone(),
     })
@@ -156,7 +159,21 @@ fn query(declared: &graph_language::model::Query) -> Query {
     }
 }
 
-fn types(schema: &Schema, access: Option<&Access>) -> Vec<Type> {
+/// The file whose types the library of a language may have.
+const GEOMETRY: &str = "geometry.gdsl";
+
+fn types(world: &Known, access: Option<&Access>) -> Vec<Type> {
+    let schema: &Schema = &world.schema;
+    let mut files = world.files.iter();
+    let has_geometry = files.any(|file| file.0 == GEOMETRY && Known::comes_with_framework(file));
+    let geometry = graph_language::builtin(GEOMETRY).filter(|_| has_geometry);
+    // Another file may also declare a domain of this name.
+    let is_of_geometry = |name: &str| {
+        geometry.as_ref().is_some_and(|geometry| {
+            let are_equal = geometry.entity(name) == schema.entity(name);
+            are_equal && geometry.relation(name) == schema.relation(name)
+        })
+    };
     let one = |name: &str, doc: &[String], ports: Option<[String; 2]>, all: &[Declared]| {
         // A rule for a type also holds for those that inherit from it.
         let writes = |attribute: Option<&str>| {
@@ -184,6 +201,7 @@ fn types(schema: &Schema, access: Option<&Access>) -> Vec<Type> {
                 .collect(),
             is_written: writes(None),
             is_read: access.is_none_or(|access| access.reads.iter().any(|kind| kind.text == name)),
+            is_of_geometry: is_of_geometry(name),
         }
     };
     let entities = schema

@@ -63,4 +63,5 @@ mod track;
 mod variant;
 mod watched;
 mod world;
+mod world_part;
 mod world_tokens;

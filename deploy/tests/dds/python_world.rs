@@ -1,6 +1,6 @@
 //! A component in Python that shares a world with one in Rust.
 
-use crate::python_site::{second_component, up, workspace};
+use crate::python_site::{names_of_others, second_component, up, workspace};
 
 const CDSL: &str = "Component porter
 {
@@ -95,6 +95,7 @@ class SpecificWorker(Worker):
 #[test]
 fn a_worker_in_python_shares_a_world_with_one_in_rust() {
     let test = "a_worker_in_python_shares_a_world_with_one_in_rust";
+    let _names = names_of_others();
     let home = include_str!("../../../components/interfaces/home.gdsl");
     let files = [
         ("porter.cdsl", CDSL),
@@ -140,6 +141,81 @@ fn a_worker_in_python_shares_a_world_with_one_in_rust() {
     site.await_in_log("porter", "changed kitchen ['length'] 5.0");
     let world = site.rcdeploy(&["world", &site.network], false);
     assert!(world.stdout.contains("porter"), "{world:?}");
+    assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
+    site.assert_nothing_left();
+}
+
+/// The part of `home.gdsl` that an agent needs, in a domain of its own.
+const PART: &str = r#"import "geometry.gdsl";
+Domain doors
+{
+    entity room : Frame { };
+    entity door : Frame { width float unit "m" 0:; };
+};
+"#;
+
+const PART_WORKER: &str = r#"from porter import Context, Worker
+from porter.world import Room, RoomChange
+
+
+class SpecificWorker(Worker):
+    def compute(self, ctx: Context) -> None:
+        pass
+
+    def room_changed(self, ctx: Context, change: RoomChange) -> None:
+        for room in change.added:
+            print("room", room.name, sorted(name for name in dir(Room) if name in ("name", "length")), flush=True)
+            with ctx.g.change() as edit:
+                door = edit.add_door("front")
+                door.width = 0.8
+                edit.rt(room, door).pose = [1.2, 0.0, 0.0, 0.0, 0.0, 0.0]
+        for room in change.changed:
+            rows = ctx.g.snapshot().graph.query("MATCH (r:room) RETURN r.length")
+            print("changed", room.name, change.attributes(room), rows[0][0], flush=True)
+"#;
+
+/// The component in Rust and the network have the whole schema.
+#[test]
+fn a_worker_in_python_that_declares_a_part_of_the_schema_shares_the_whole_world() {
+    let test = "a_worker_in_python_that_declares_a_part_of_the_schema_shares_the_whole_world";
+    let _names = names_of_others();
+    let home = include_str!("../../../components/interfaces/home.gdsl");
+    let cdsl = CDSL.replace("home.gdsl", "doors.gdsl");
+    let cdsl = cdsl.replace(", door.opened stream 20ms", "");
+    let files = [
+        ("porter.cdsl", &*cdsl),
+        ("doors.gdsl", PART),
+        ("home.gdsl", home),
+        ("src/specific_worker.py", PART_WORKER),
+    ];
+    let Some(site) = workspace("python_part", "porter", &files, test) else {
+        return;
+    };
+    site.write_ddsl(
+        "Deployment patrol\n{\n    World g { schema \"porter/home.gdsl\"; };\n    \
+         Component room_keeper { cdsl \"../room_keeper/room_keeper.cdsl\"; };\n    \
+         Component porter { cdsl \"porter/porter.cdsl\"; };\n};\n",
+    );
+    let started = up(&site, &[]);
+    assert_eq!(started.code, 0, "{started:?}\n{}", site.log("porter"));
+    site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
+    site.await_in_log("porter", "room kitchen ['name']");
+    let set = [
+        "world",
+        "set",
+        &site.network,
+        "kitchen.length=5",
+        "front.opened=0.5",
+    ];
+    let set = site.rcdeploy(&set, false);
+    assert_eq!(set.code, 0, "{set:?}");
+    site.await_in_log("porter", "changed kitchen ['length'] 5.0");
+    site.await_in_log("room_keeper", "door front is open by 0.50");
+    let state = site.rcdeploy(&["world", &site.network, "--format", "json"], false);
+    let state: serde_json::Value = serde_json::from_str(&state.stdout).expect("JSON");
+    let replicas = state["replicas"].as_array().expect("a list");
+    assert_eq!(replicas.len(), 2, "{state}");
+    assert_eq!(replicas[0]["digest"], replicas[1]["digest"], "{state}");
     assert_eq!(site.rcdeploy(&["down", &site.network], false).code, 0);
     site.assert_nothing_left();
 }

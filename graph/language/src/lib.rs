@@ -12,6 +12,7 @@ mod consistency;
 mod imports;
 mod members;
 mod parse;
+mod places;
 mod resolve;
 mod rules;
 mod units;
@@ -20,6 +21,7 @@ pub use graph_schema as model;
 pub use graph_schema::Schema;
 pub use members::TYPES;
 pub use parse::parse;
+pub use places::place;
 pub use resolve::{import, load};
 
 use rc_diagnostics::{Format, SourceMap, render};
@@ -75,6 +77,44 @@ pub fn open(
     let (schema, found) = load(sources, &Beside(read), source);
     let schema = schema.filter(|_| !found.has_errors());
     schema.ok_or_else(|| render(sources, &found, Format::Human))
+}
+
+/// The schema of texts, each with the name of its file; the first one names the others.
+///
+/// # Errors
+/// The findings, as text.
+pub fn of_texts<N: AsRef<str>>(files: &[(N, N)]) -> Result<Schema, String> {
+    let mut sources = SourceMap::new();
+    let (name, text) = files.first().ok_or("a schema has a file")?;
+    let source = sources.add(name.as_ref(), text.as_ref());
+    let texts = files.iter();
+    let loader = MemoryLoader::new(texts.map(|(name, text)| (name.as_ref(), text.as_ref())));
+    let (schema, found) = load(&mut sources, &loader, source);
+    let schema = schema.filter(|_| !found.has_errors());
+    schema.ok_or_else(|| render(&sources, &found, Format::Short))
+}
+
+/// The schema of the world of a component that was generated from the files `own`. In a network
+/// whose schema has more, the network hands over its files.
+///
+/// # Errors
+/// The findings, or a declaration of the component's files that the network does not have, as text.
+pub fn of_component<N: AsRef<str>>(
+    own: &[(N, N)],
+    network: &[(String, String)],
+) -> Result<Schema, String> {
+    let own = of_texts(own)?;
+    if network.is_empty() {
+        return Ok(own);
+    }
+    let whole = of_texts(network)?;
+    match whole.lacks(&own).first() {
+        None => Ok(whole),
+        Some(difference) => Err(format!(
+            "the schema of the network does not have that of this component: {}",
+            difference.of_part()
+        )),
+    }
 }
 
 /// The formatting options of `.gdsl` files.

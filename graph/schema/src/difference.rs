@@ -32,12 +32,58 @@ impl fmt::Display for Difference {
     }
 }
 
+/// Names an open domain in a difference between the schemas of a component and its network.
+const OPEN: &str = "Domain … open";
+
+/// What declarations are compared by.
+#[derive(Clone, Copy)]
+enum Names {
+    /// Names of types and of the domains that declare them.
+    OfDomains,
+    /// Names of types. What an entity inherits from and is composed by are declarations of their own.
+    OfTypes,
+}
+
+impl Difference {
+    /// The difference between the schema of a network and that of a component, which is to be a part of
+    /// it, as a sentence.
+    pub fn of_part(&self) -> String {
+        let what = &self.what;
+        match (&self.first, &self.second) {
+            (Some(first), Some(second)) => format!(
+                "the component declares `{what}` as `{second}`, and the network as `{first}`"
+            ),
+            _ => format!("the component declares `{what}`, and the network does not"),
+        }
+    }
+}
+
 impl Schema {
+    /// The declarations of `part` that this schema does not have alike, in the order of names. Empty
+    /// if a component that knows `part` alone may share a graph of this schema: types have the same
+    /// ports, properties and attributes, as far as `part` declares these, and rules and queries are
+    /// there. Domains have other names in parts of a schema, so these make no difference.
+    pub fn lacks(&self, part: &Self) -> Vec<Difference> {
+        let (whole, part) = (self.declared(Names::OfTypes), part.declared(Names::OfTypes));
+        let all = part.into_iter();
+        let missing = all.filter(|(what, text)| whole.get(what) != Some(text));
+        missing
+            .map(|(what, text)| Difference {
+                first: whole.get(&what).cloned(),
+                second: Some(text),
+                what,
+            })
+            .collect()
+    }
+
     /// The different declarations of this schema and another one, in the order of names. Empty if
     /// each accepts what the other one does and has the same queries: the order of declarations and
     /// documentation make no difference.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
-        let (first, second) = (self.declared(), other.declared());
+        let (first, second) = (
+            self.declared(Names::OfDomains),
+            other.declared(Names::OfDomains),
+        );
         let all: BTreeSet<&String> = first.keys().chain(second.keys()).collect();
         let differ = all
             .into_iter()
@@ -52,25 +98,49 @@ impl Schema {
     }
 
     /// All declarations: what each is about, and its text.
-    fn declared(&self) -> BTreeMap<String, String> {
+    fn declared(&self, names: Names) -> BTreeMap<String, String> {
         let mut all = BTreeMap::new();
         let mut add = |what: String, text: String| {
             all.insert(what, text);
         };
-        let kind = if self.open { "open" } else { "strict" };
-        add("domain".to_owned(), format!("{} {kind}", self.name));
+        let of = |domain: &str| match names {
+            Names::OfDomains => format!(" of {domain}"),
+            Names::OfTypes => String::new(),
+        };
+        match (names, self.open) {
+            (Names::OfDomains, true) => add("domain".to_owned(), format!("{} open", self.name)),
+            (Names::OfDomains, false) => add("domain".to_owned(), format!("{} strict", self.name)),
+            (Names::OfTypes, true) => add(OPEN.to_owned(), OPEN.to_owned()),
+            // A strict domain may be a part of any other one.
+            (Names::OfTypes, false) => {}
+        }
         for entity in &self.entities {
             let name = &entity.name;
-            let parent = entity.parent.as_ref();
-            let parent = parent.map_or(String::new(), |parent| format!(" : {parent}"));
-            let parts = match entity.parts.as_slice() {
-                [] => String::new(),
-                parts => format!(" composed_by {}", parts.join(", ")),
-            };
-            add(
-                name.clone(),
-                format!("entity {name}{parent}{parts} of {}", entity.domain),
-            );
+            match names {
+                Names::OfDomains => {
+                    let parent = entity.parent.as_ref();
+                    let parent = parent.map_or(String::new(), |parent| format!(" : {parent}"));
+                    let parts = match entity.parts.as_slice() {
+                        [] => String::new(),
+                        parts => format!(" composed_by {}", parts.join(", ")),
+                    };
+                    add(
+                        name.clone(),
+                        format!("entity {name}{parent}{parts}{}", of(&entity.domain)),
+                    );
+                }
+                Names::OfTypes => {
+                    add(name.clone(), format!("entity {name}"));
+                    for parent in self.ancestry(name).skip(1) {
+                        let what = format!("{name} : {parent}");
+                        add(what.clone(), format!("entity {what}"));
+                    }
+                    for part in &entity.parts {
+                        let what = format!("{name} composed_by {part}");
+                        add(what.clone(), format!("entity {what}"));
+                    }
+                }
+            }
             for attribute in &entity.attributes {
                 add(format!("{name}.{}", attribute.name), attribute.text());
             }
@@ -79,9 +149,9 @@ impl Schema {
             let name = &relation.name;
             let ports: Vec<String> = relation.ports.iter().map(Port::text).collect();
             let mut text = format!(
-                "relation {name}({}) of {}",
+                "relation {name}({}){}",
                 ports.join(", "),
-                relation.domain
+                of(&relation.domain)
             );
             if let Some(tree) = &relation.tree {
                 let child = relation.ports.get(tree.child);

@@ -10,6 +10,7 @@ mod walk;
 mod world;
 
 use elements::Node;
+use graph_exchange::{Document, dsr};
 use graph_query::{Budget, Cell, Mark, Queries, Query, Rows, Traverser};
 use property_graph::schema::Schema;
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -270,6 +271,22 @@ impl Snapshot {
                 .run(&self.now, name, parameters, budget(steps, rows))
         });
         self.table(py, found.map_err(|error| refused(&error))?)
+    }
+
+    /// The text of a file of DSR, without these attributes, and what it does not have.
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "a list in Python is not a slice"
+    )]
+    fn dsr(&self, skip: Vec<String>) -> (String, Vec<String>) {
+        let mut document = Document::of(&self.now);
+        let nodes = document.nodes.iter_mut().map(|node| &mut node.attributes);
+        let edges = document.edges.iter_mut().map(|edge| &mut edge.attributes);
+        for attributes in nodes.chain(edges) {
+            // The name of a node is none of its attributes in DSR.
+            attributes.retain(|(name, ..)| name == "name" || !skip.contains(name));
+        }
+        dsr::write(&document)
     }
 
     /// The names of the queries of the schema.

@@ -9,9 +9,7 @@ use property_graph::{Change, Element, Frame, Time, Value};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
-use rc_diagnostics::{Format, SourceMap, render};
 use rc_middleware::{Reader, Writer};
-use rc_syntax::MemoryLoader;
 use rc_world::{Error, Message, Rights, STATE, STREAM, Setup, Steady, Watch};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -156,23 +154,10 @@ impl World {
     }
 }
 
-/// The schema of files, the first of which names the others.
-fn schema(files: &[(String, String)]) -> PyResult<Schema> {
-    let mut sources = SourceMap::new();
-    let (name, text) = files
-        .first()
-        .ok_or_else(|| PyValueError::new_err("a world has a schema"))?;
-    let source = sources.add(name, text.as_str());
-    let loader = MemoryLoader::new(files.iter().map(|(name, text)| (&**name, &**text)));
-    let (schema, found) = graph_language::load(&mut sources, &loader, source);
-    schema
-        .filter(|_| !found.has_errors())
-        .ok_or_else(|| PyValueError::new_err(render(&sources, &found, Format::Short)))
-}
-
 #[pymethods]
 impl World {
-    /// A replica that is empty so far. `rights` are types, or types with attributes, and the least time
+    /// A replica that is empty so far. `files` are those of the component's schema, `network` those of the
+    /// network's, if that has more. `rights` are types, or types with attributes, and the least time
     /// between two values of a stream in nanoseconds; `None` for everything.
     #[new]
     #[expect(
@@ -184,9 +169,11 @@ impl World {
         writer: u64,
         now_ns: u64,
         files: Vec<(String, String)>,
+        network: Vec<(String, String)>,
         rights: Option<Vec<(String, Option<String>, Option<u64>)>>,
     ) -> PyResult<Self> {
-        let schema = Arc::new(schema(&files)?);
+        let schema = graph_language::of_component(&files, &network);
+        let schema = Arc::new(schema.map_err(PyValueError::new_err)?);
         let rights = rights.map_or_else(Rights::everything, |all| {
             let all = all.into_iter();
             all.fold(

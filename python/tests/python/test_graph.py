@@ -2,11 +2,13 @@
 
 import ast
 import itertools
+import json
 import math
 import os
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 from datetime import timedelta
 from pathlib import Path
@@ -298,6 +300,7 @@ class Link:
         self.arriving = []
         self.longest = 0
         self.time = 0
+        self.schema = []
 
     def name(self) -> str:
         return "one"
@@ -311,6 +314,9 @@ class Link:
 
     def know_frames(self, function) -> None:
         self.frames = function
+
+    def world_schema(self):
+        return self.schema
 
     def set_world_schema(self, files) -> None:
         pass
@@ -458,6 +464,23 @@ class Worlds(unittest.TestCase):
         self.assertFalse(self.ctx._turn_world(worker))
         self.assertIsNone(graph.get_node(1 << 64))
 
+    def test_the_network_may_have_more_than_the_component_declares(self):
+        more = WORLD.replace("entity thing", "entity other { name string; }; entity thing")
+        self.assertNotEqual(more, WORLD)
+        link = Link()
+        link.unique = lambda: 18
+        link.schema = [("house.gdsl", more.replace("Domain home", "Domain house"))]
+        g = world.World(link, world.View, world.Edit, [("home.gdsl", WORLD)], None)
+        with g.change() as edit:
+            edit.add_node("other", "a")
+            edit.add_node("thing", "b")
+        self.assertEqual([thing.get("name") for thing in g.snapshot().all(Thing)], ["b"])
+        with self.assertRaisesRegex(ValueError, "no type|no entity|not.*other"), self.g.change() as edit:
+            edit.add_node("other", "a")
+        link.schema = [("house.gdsl", "Domain house { entity thing { name string; }; };")]
+        with self.assertRaisesRegex(ValueError, "the component declares `.*`, and the network does not"):
+            world.World(link, world.View, world.Edit, [("home.gdsl", WORLD)], None)
+
 
 class Agents(unittest.TestCase):
     def test_calls_of_pydsr_are_those_of_a_world(self):
@@ -482,6 +505,60 @@ class Agents(unittest.TestCase):
         expected = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]]
         self.assertTrue(np.allclose(matrix, expected), matrix)
         self.assertIsNone(poses.get_edge_RT_as_rtmat(dsr.Edge(room, 1 << 64, "RT")))
+
+    def test_an_agent_makes_its_graph_and_reads_edges_as_with_pydsr(self):
+        made = world.World(Link(), world.View, world.Edit, [("agents.gdsl", 'import "dsr.gdsl"; Domain agents open { };')], None)
+        WithWorld(made._link)._open_world(made)
+        graph = dsr.DSRGraph(0, "pythonAgent", 42)
+        self.assertIs(dsr.DSRGraph(root=0, name="a", id=1, all_same_host=False, domain_id=3)._world, made)
+        with self.assertRaisesRegex(ValueError, 'start "apartment.json";'):
+            dsr.DSRGraph(0, "a", 1, "apartment.json")
+        elsewhere = []
+
+        def without_world() -> None:
+            with self.assertRaisesRegex(RuntimeError, "no world"):
+                dsr.DSRGraph(0, "a", 1)
+            elsewhere.append(True)
+
+        thread = threading.Thread(target=without_world)
+        thread.start()
+        thread.join()
+        self.assertEqual(elsewhere, [True])
+
+        room = dsr.Node(42, "room", "room")
+        self.assertIsNone(dsr.rt_api.get_edge_RT(room, 1))
+        self.assertEqual((room.edges, room.get_edges()), ({}, []))
+        table = dsr.Node(42, "table", "table")
+        table.attrs["level"] = dsr.Attribute(3)
+        table.attrs["color"] = dsr.Attribute("red")
+        for node in (room, table):
+            graph.insert_node(node)
+        poses = dsr.rt_api(graph)
+        poses.insert_or_assign_edge_RT(room, table.id, [1, 2, 0], [0, 0, 0])
+        read = graph.get_node("room")
+        poses.insert_or_assign_edge_RT(room, table.id, [3, 2, 0], [0, 0, 0])
+        # Those of the version that was read, and that of now.
+        self.assertEqual(list(read.edges), [(table.id, "RT")])
+        (edge,) = read.get_edges()
+        self.assertIs(edge, read.edges[table.id, "RT"])
+        self.assertEqual((edge.origin, edge.attrs["rt_translation"].value), (room.id, [1, 2, 0]))
+        edge = dsr.rt_api.get_edge_RT(read, table.id)
+        self.assertEqual(edge.attrs["rt_translation"].value, [3, 2, 0])
+        self.assertIsNone(dsr.rt_api.get_edge_RT(read, table.id, "has"))
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "world.json"
+            with self.assertLogs("robocomp", "WARNING") as log:
+                graph.write_to_json_file(file, ["color", "name"])
+            self.assertIn("ids of 64 bits", log.output[0])
+            symbols = json.loads(file.read_text())["DSRModel"]["symbols"]
+            again = Graph.read(file).snapshot()
+            with self.assertRaises(OSError):
+                graph.write_to_json_file(Path(folder) / "none" / "world.json")
+        of_table = next(symbol for symbol in symbols.values() if symbol["name"] == "table")
+        self.assertEqual(list(of_table["attribute"]), ["level"])
+        (edge,) = again.edges("RT")
+        self.assertEqual((edge.start.name, edge.end.name, edge["rt_translation"]), ("room", "table", [3, 2, 0]))
 
 
 if __name__ == "__main__":

@@ -56,6 +56,7 @@ pub(crate) fn replay<C: Component>(
         time,
         false,
     ));
+    shared.status().schema.clone_from(&began.schema);
     let exact = Exact::Replay(Rc::clone(&replay));
     let mut ports = Connections::replayed(description, slots, &began.network, began.clock, &exact);
     if began.clock == ClockKind::Source {

@@ -1,5 +1,6 @@
 //! The first entry of a recording: which component ran, and with what.
 
+use crate::arguments::Files;
 use crate::description::Description;
 use crate::slots::Listed;
 use rc_configuration::Values;
@@ -24,6 +25,8 @@ pub(crate) struct Start {
     pub(crate) parameters: Json,
     /// The members of slot arrays that the network lists.
     pub(crate) members: Listed,
+    /// The files of the network's world, if its schema has more than that of the component.
+    pub(crate) schema: Files,
     /// The working directory.
     pub(crate) directory: String,
     /// The executable, or the launcher of a worker in Python. Empty if none is known.
@@ -53,6 +56,7 @@ impl Start {
             seed,
             parameters: values.to_record(),
             members: members.clone(),
+            schema: Files::new(),
             directory: directory.display().to_string(),
             program: String::new(),
             is_shared: false,
@@ -70,6 +74,7 @@ impl Start {
             "seed": self.seed,
             "parameters": self.parameters,
             "members": self.members,
+            "schema": self.schema,
             "directory": self.directory,
             "program": self.program,
             "is_shared": self.is_shared,
@@ -101,6 +106,10 @@ impl Start {
             members: match json.get("members").cloned() {
                 Some(members) => serde_json::from_value(members).map_err(|e| e.to_string())?,
                 None => Listed::new(),
+            },
+            schema: match json.get("schema").cloned() {
+                Some(schema) => serde_json::from_value(schema).map_err(|e| e.to_string())?,
+                None => Files::new(),
             },
             directory: field("directory")?,
             program: field("program")?,

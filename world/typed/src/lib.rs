@@ -1,10 +1,10 @@
 //! A world with the types of its schema: the parts of the code that `rcgen` generates for a clause
 //! `world`.
 //!
-//! Generated code declares a type for each type of the schema ([`node!`], [`edge!`]) with its
-//! attributes, and the writable parts ([`edit_element!`], [`edit_edge!`]). A [`View`] is one version,
-//! which never changes. A [`Change`] has the changes of one type between two versions. [`dsr`] has the
-//! names of DSR, for moving code.
+//! [`geometry`] has the types of `geometry.gdsl`. Generated code declares a type for each other type
+//! of the schema ([`node!`], [`edge!`]) with its attributes, and the writable parts ([`edit_element!`],
+//! [`edit_edge!`]). A [`View`] is one version, which never changes. A [`Change`] has the changes of one
+//! type between two versions. [`dsr`] has the names of DSR, for moving code.
 //!
 #![doc = include_str!("example.md")]
 
@@ -13,6 +13,10 @@ mod declare;
 pub mod dsr;
 mod edit;
 mod error;
+// As `rcgen` prints it.
+#[rustfmt::skip]
+#[expect(missing_docs, reason = "the documentation is that of the schema")]
+pub mod geometry;
 mod kind;
 mod overruled;
 #[cfg(feature = "queries")]

@@ -1,9 +1,7 @@
 //! The schema that generated code carries.
 
 use graph_language::{DOMAINS, Schema};
-use rc_diagnostics::{Format, SourceMap, render};
 use rc_runtime::Core;
-use rc_syntax::MemoryLoader;
 use std::sync::Arc;
 
 /// A domain that comes with the framework, as a file of a schema: its name and its text.
@@ -29,20 +27,16 @@ const fn are_equal(one: &[u8], other: &[u8]) -> bool {
     at == one.len() && at == other.len()
 }
 
-/// The schema of these files, each with its name and its text; the first one names the others. `rcgen` has
-/// checked them. Tools get them from the component.
+/// The schema of a component that was generated from these files, each with its name and its text; the
+/// first one names the others. `rcgen` has checked them. If the schema of the network has more, it is
+/// that one. Tools get its files from the component.
 ///
 /// # Errors
-/// An error in the files.
+/// An error in the files, or the network declares something else.
 pub fn schema(core: &Core, files: &[(&str, &str)]) -> Result<Arc<Schema>, String> {
-    core.set_world_schema(files);
-    let mut sources = SourceMap::new();
-    let (name, text) = files.first().ok_or("there is no file")?;
-    let source = sources.add(*name, *text);
-    let loader = MemoryLoader::new(files.iter().copied());
-    let (schema, found) = graph_language::load(&mut sources, &loader, source);
-    match schema {
-        Some(schema) if !found.has_errors() => Ok(schema.into()),
-        _ => Err(render(&sources, &found, Format::Short)),
+    let given = core.world_schema();
+    if given.is_empty() {
+        core.set_world_schema(files);
     }
+    graph_language::of_component(files, &given).map(Arc::new)
 }

@@ -1,5 +1,7 @@
 //! The generated files of this repository: how much they are, and that none stands twice.
 
+use crate::folders::rcgen;
+use expect_test::expect_file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -125,4 +127,73 @@ fn no_generated_file_differs_from_another_one_in_names_only() {
         twice.is_empty(),
         "these files differ in names only: {twice:#?}"
     );
+}
+
+/// The library has the types of `geometry.gdsl` as `rcgen` prints them for a copy of the file.
+#[test]
+fn the_types_of_geometry_are_those_of_the_library() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let domains = graph_language::DOMAINS;
+    let (_, geometry) = domains
+        .iter()
+        .find(|(name, _)| *name == "geometry.gdsl")
+        .expect("it");
+    std::fs::write(path("places.gdsl"), geometry).expect("a file");
+    let cdsl = "Component land { Communications { }; language rust; world \"places.gdsl\" as g { reads Frame; }; };";
+    std::fs::write(path("land.cdsl"), cdsl).expect("a file");
+    let (code, out, err) = rcgen(folder.path(), &["land.cdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let text = std::fs::read_to_string(path("generated/src/world.rs")).expect("a text");
+    // Calls of macros, the ends of which are not indented.
+    let mut types = String::new();
+    let mut is_inside = false;
+    for line in text.lines() {
+        let begins = ["typed::node!(", "typed::edge!(", "typed::reads! {"];
+        is_inside |= begins.iter().any(|begin| line.starts_with(begin));
+        if is_inside {
+            types += line;
+            types.push('\n');
+        }
+        is_inside &= !matches!(line, ");" | "}");
+    }
+    let front = "//! The types of `geometry.gdsl`, which comes with the framework. Generated code exports those of its
+//! schema, and has the functions of its view and its changes for them.
+//!
+//! This is what `rcgen` prints for a copy of the file (`codegen/rcgen/tests/all/committed.rs`).
+
+use crate as typed;
+
+";
+    let file = Path::new(ROOT).join("world/typed/src/geometry.rs");
+    expect_file![file].assert_eq(&format!("{front}{types}"));
+}
+
+/// A file that is imported before `geometry.gdsl` may have a type that Rust calls alike.
+#[test]
+fn a_type_of_geometry_gets_another_name_beside_one_of_its_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    write(
+        "pictures.gdsl",
+        "Domain pictures { entity frame { title string; }; };",
+    );
+    let both = "import \"pictures.gdsl\"; import \"geometry.gdsl\"; Domain gallery { entity room : Frame { }; };";
+    write("gallery.gdsl", both);
+    let cdsl = "Component guide { Communications { }; language rust; world \"gallery.gdsl\" as g { reads Frame; }; };";
+    write("guide.cdsl", cdsl);
+    let (code, out, err) = rcgen(folder.path(), &["guide.cdsl"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let path = folder.path().join("generated/src/world.rs");
+    let text = std::fs::read_to_string(path).expect("a text");
+    for line in [
+        "pub use typed::geometry::{Frame as Frame_, GeometricRelation,",
+        "pub type FrameChange_ = typed::Change<Frame_<'static>>;",
+        "typed::node_by_name!(Frame_, \"Frame\", frame_);",
+        "    Frame, \"frame\"",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
 }

@@ -36,6 +36,8 @@ pub(crate) fn rights() -> typed::Rights {
 }
 typed::world!();
 
+pub use typed::geometry::{Frame, GeometricRelation, Position, Orientation, Pose, Twist, Rt, LoopClosure, Of, WithRespectTo, ComposedBy};
+
 /// Handles what happens in the world; a worker may leave a function out. Those of changes get what has changed of one type since they
 /// were called last, as one version.
 pub trait WorldHandlers {
@@ -61,51 +63,7 @@ pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool 
     }
     did
 }
-typed::node!(
-    /// Something with a position and an orientation.
-    Frame, "Frame"
-);
-typed::reads! { 's Frame;
-
-    /// `string`. `None` if it has no value.
-    name: &'s str = typed::read::text, "name";
-}
 typed::node_by_name!(Frame, "Frame", frame);
-typed::node!(
-    /// What holds between two frames, when something refers to it.
-    GeometricRelation, "GeometricRelation"
-);
-typed::node!(
-    Position, "Position"
-);
-typed::reads! { 's Position;
-
-    /// `float[3] unit "m" optional`. `None` if it has no value.
-    coordinates: [f64; 3] = typed::read::numbers::<3>, "coordinates";
-}
-typed::node!(
-    /// Angles about x, y and z.
-    Orientation, "Orientation"
-);
-typed::reads! { 's Orientation;
-
-    /// `float[3] unit "rad" optional`. `None` if it has no value.
-    angles: [f64; 3] = typed::read::numbers::<3>, "angles";
-}
-typed::node!(
-    Pose, "Pose"
-);
-typed::node!(
-    Twist, "Twist"
-);
-typed::reads! { 's Twist;
-
-    /// `float[3] unit "m/s"`. `None` if it has no value.
-    linear: [f64; 3] = typed::read::numbers::<3>, "linear";
-
-    /// `float[3] unit "rad/s"`. `None` if it has no value.
-    angular: [f64; 3] = typed::read::numbers::<3>, "angular";
-}
 typed::node!(
     /// A room, whose frame is in a corner.
     Room, "room"
@@ -156,15 +114,6 @@ typed::writes! { DoorEdit;
 typed::removes!(DoorEdit, remove_node);
 typed::edit_node_by_name!(DoorEdit, "door", door);
 typed::add_node!(DoorEdit, "door", add_door, name);
-typed::edge!(
-    /// Where a child is in its parent. A frame has one parent.
-    Rt, "RT"
-);
-typed::reads! { 's Rt;
-
-    /// `float[6] history 2s`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edit_element!(RtEdit, EdgeId);
 typed::writes! { RtEdit;
@@ -174,28 +123,9 @@ typed::writes! { RtEdit;
 }
 typed::removes!(RtEdit, remove_edge);
 typed::edit_edge!(edge, RtEdit, "RT", rt, parent, child);
-typed::edge!(
-    /// Where a child is in another frame as something else knows it. It may close a loop, which
-    /// need not agree with the tree.
-    LoopClosure, "loop_closure"
-);
-typed::reads! { 's LoopClosure;
-
-    /// `float[6]`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
-typed::edge!(
-    Of, "of"
-);
 typed::edge_between!(Of, "of", of, what, frame);
-typed::edge!(
-    WithRespectTo, "with_respect_to"
-);
 typed::edge_between!(WithRespectTo, "with_respect_to", with_respect_to, what, frame);
-typed::edge!(
-    ComposedBy, "composed_by"
-);
 typed::edge_between!(ComposedBy, "composed_by", composed_by, whole, part);
 
 static QUERIES: typed::query::Queries = typed::query::Queries::new();

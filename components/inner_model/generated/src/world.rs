@@ -13,6 +13,8 @@ pub(crate) fn rights() -> typed::Rights {
 }
 typed::world!();
 
+pub use typed::geometry::{Frame, GeometricRelation, Position, Orientation, Pose, Twist, Rt, LoopClosure, Of, WithRespectTo, ComposedBy};
+
 /// Handles what happens in the world; a worker may leave a function out. Those of changes get what has changed of one type since they
 /// were called last, as one version.
 pub trait WorldHandlers {
@@ -31,15 +33,6 @@ pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool 
     let _ = news;
     did
 }
-typed::node!(
-    /// Something with a position and an orientation.
-    Frame, "Frame"
-);
-typed::reads! { 's Frame;
-
-    /// `string`. `None` if it has no value.
-    name: &'s str = typed::read::text, "name";
-}
 typed::node_by_name!(Frame, "Frame", frame);
 typed::edit_element!(FrameEdit, NodeId);
 typed::writes! { FrameEdit;
@@ -50,41 +43,6 @@ typed::writes! { FrameEdit;
 typed::removes!(FrameEdit, remove_node);
 typed::edit_node_by_name!(FrameEdit, "Frame", frame);
 typed::add_node!(FrameEdit, "Frame", add_frame, name);
-typed::node!(
-    /// What holds between two frames, when something refers to it.
-    GeometricRelation, "GeometricRelation"
-);
-typed::node!(
-    Position, "Position"
-);
-typed::reads! { 's Position;
-
-    /// `float[3] unit "m" optional`. `None` if it has no value.
-    coordinates: [f64; 3] = typed::read::numbers::<3>, "coordinates";
-}
-typed::node!(
-    /// Angles about x, y and z.
-    Orientation, "Orientation"
-);
-typed::reads! { 's Orientation;
-
-    /// `float[3] unit "rad" optional`. `None` if it has no value.
-    angles: [f64; 3] = typed::read::numbers::<3>, "angles";
-}
-typed::node!(
-    Pose, "Pose"
-);
-typed::node!(
-    Twist, "Twist"
-);
-typed::reads! { 's Twist;
-
-    /// `float[3] unit "m/s"`. `None` if it has no value.
-    linear: [f64; 3] = typed::read::numbers::<3>, "linear";
-
-    /// `float[3] unit "rad/s"`. `None` if it has no value.
-    angular: [f64; 3] = typed::read::numbers::<3>, "angular";
-}
 typed::node!(
     /// A node of a tree that is more than a frame: a body, a joint or a device.
     Part, "Part"
@@ -128,15 +86,6 @@ typed::writes! { PartEdit;
 typed::removes!(PartEdit, remove_node);
 typed::edit_node_by_name!(PartEdit, "Part", part);
 typed::add_node!(PartEdit, "Part", add_part, name);
-typed::edge!(
-    /// Where a child is in its parent. A frame has one parent.
-    Rt, "RT"
-);
-typed::reads! { 's Rt;
-
-    /// `float[6] history 2s`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edit_element!(RtEdit, EdgeId);
 typed::writes! { RtEdit;
@@ -146,16 +95,6 @@ typed::writes! { RtEdit;
 }
 typed::removes!(RtEdit, remove_edge);
 typed::edit_edge!(edge, RtEdit, "RT", rt, parent, child);
-typed::edge!(
-    /// Where a child is in another frame as something else knows it. It may close a loop, which
-    /// need not agree with the tree.
-    LoopClosure, "loop_closure"
-);
-typed::reads! { 's LoopClosure;
-
-    /// `float[6]`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edit_element!(LoopClosureEdit, EdgeId);
 typed::writes! { LoopClosureEdit;
@@ -165,25 +104,16 @@ typed::writes! { LoopClosureEdit;
 }
 typed::removes!(LoopClosureEdit, remove_edge);
 typed::edit_edge!(edge, LoopClosureEdit, "loop_closure", loop_closure, parent, child);
-typed::edge!(
-    Of, "of"
-);
 typed::edge_between!(Of, "of", of, what, frame);
 typed::edit_element!(OfEdit, EdgeId);
 typed::writes! { OfEdit;
 }
 typed::removes!(OfEdit, remove_edge);
 typed::edit_edge!(edge, OfEdit, "of", of, what, frame);
-typed::edge!(
-    WithRespectTo, "with_respect_to"
-);
 typed::edge_between!(WithRespectTo, "with_respect_to", with_respect_to, what, frame);
 typed::edit_element!(WithRespectToEdit, EdgeId);
 typed::writes! { WithRespectToEdit;
 }
 typed::removes!(WithRespectToEdit, remove_edge);
 typed::edit_edge!(edge, WithRespectToEdit, "with_respect_to", with_respect_to, what, frame);
-typed::edge!(
-    ComposedBy, "composed_by"
-);
 typed::edge_between!(ComposedBy, "composed_by", composed_by, whole, part);

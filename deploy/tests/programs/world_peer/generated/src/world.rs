@@ -34,6 +34,8 @@ pub(crate) fn rights() -> typed::Rights {
 }
 typed::world!();
 
+pub use typed::geometry::{Frame, GeometricRelation, Position, Orientation, Pose, Twist, Rt, LoopClosure, Of, WithRespectTo, ComposedBy};
+
 /// Handles what happens in the world; a worker may leave a function out. Those of changes get what has changed of one type since they
 /// were called last, as one version.
 pub trait WorldHandlers {
@@ -155,18 +157,9 @@ pub(crate) fn turn<W: WorldHandlers>(worker: &mut W, ctx: &mut Context) -> bool 
     }
     did
 }
-typed::node!(
-    /// Something with a position and an orientation.
-    Frame, "Frame"
-);
 
 /// What has changed of the type `Frame`.
 pub type FrameChange = typed::Change<Frame<'static>>;
-typed::reads! { 's Frame;
-
-    /// `string`. `None` if it has no value.
-    name: &'s str = typed::read::text, "name";
-}
 typed::node_by_name!(Frame, "Frame", frame);
 typed::edit_element!(FrameEdit, NodeId);
 typed::writes! { FrameEdit;
@@ -177,10 +170,6 @@ typed::writes! { FrameEdit;
 typed::removes!(FrameEdit, remove_node);
 typed::edit_node_by_name!(FrameEdit, "Frame", frame);
 typed::add_node!(FrameEdit, "Frame", add_frame, name);
-typed::node!(
-    /// What holds between two frames, when something refers to it.
-    GeometricRelation, "GeometricRelation"
-);
 
 /// What has changed of the type `GeometricRelation`.
 pub type GeometricRelationChange = typed::Change<GeometricRelation<'static>>;
@@ -189,17 +178,9 @@ typed::writes! { GeometricRelationEdit;
 }
 typed::removes!(GeometricRelationEdit, remove_node);
 typed::add_node!(GeometricRelationEdit, "GeometricRelation", add_geometric_relation);
-typed::node!(
-    Position, "Position"
-);
 
 /// What has changed of the type `Position`.
 pub type PositionChange = typed::Change<Position<'static>>;
-typed::reads! { 's Position;
-
-    /// `float[3] unit "m" optional`. `None` if it has no value.
-    coordinates: [f64; 3] = typed::read::numbers::<3>, "coordinates";
-}
 typed::edit_element!(PositionEdit, NodeId);
 typed::writes! { PositionEdit;
 
@@ -208,18 +189,9 @@ typed::writes! { PositionEdit;
 }
 typed::removes!(PositionEdit, remove_node);
 typed::add_node!(PositionEdit, "Position", add_position);
-typed::node!(
-    /// Angles about x, y and z.
-    Orientation, "Orientation"
-);
 
 /// What has changed of the type `Orientation`.
 pub type OrientationChange = typed::Change<Orientation<'static>>;
-typed::reads! { 's Orientation;
-
-    /// `float[3] unit "rad" optional`. `None` if it has no value.
-    angles: [f64; 3] = typed::read::numbers::<3>, "angles";
-}
 typed::edit_element!(OrientationEdit, NodeId);
 typed::writes! { OrientationEdit;
 
@@ -228,9 +200,6 @@ typed::writes! { OrientationEdit;
 }
 typed::removes!(OrientationEdit, remove_node);
 typed::add_node!(OrientationEdit, "Orientation", add_orientation);
-typed::node!(
-    Pose, "Pose"
-);
 
 /// What has changed of the type `Pose`.
 pub type PoseChange = typed::Change<Pose<'static>>;
@@ -239,20 +208,9 @@ typed::writes! { PoseEdit;
 }
 typed::removes!(PoseEdit, remove_node);
 typed::add_node!(PoseEdit, "Pose", add_pose);
-typed::node!(
-    Twist, "Twist"
-);
 
 /// What has changed of the type `Twist`.
 pub type TwistChange = typed::Change<Twist<'static>>;
-typed::reads! { 's Twist;
-
-    /// `float[3] unit "m/s"`. `None` if it has no value.
-    linear: [f64; 3] = typed::read::numbers::<3>, "linear";
-
-    /// `float[3] unit "rad/s"`. `None` if it has no value.
-    angular: [f64; 3] = typed::read::numbers::<3>, "angular";
-}
 typed::edit_element!(TwistEdit, NodeId);
 typed::writes! { TwistEdit;
 
@@ -330,18 +288,9 @@ typed::writes! { DoorEdit;
 typed::removes!(DoorEdit, remove_node);
 typed::edit_node_by_name!(DoorEdit, "door", door);
 typed::add_node!(DoorEdit, "door", add_door, name);
-typed::edge!(
-    /// Where a child is in its parent. A frame has one parent.
-    Rt, "RT"
-);
 
 /// What has changed of the type `RT`.
 pub type RtChange = typed::Change<Rt<'static>>;
-typed::reads! { 's Rt;
-
-    /// `float[6] history 2s`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(Rt, "RT", rt, parent, child);
 typed::edit_element!(RtEdit, EdgeId);
 typed::writes! { RtEdit;
@@ -351,19 +300,9 @@ typed::writes! { RtEdit;
 }
 typed::removes!(RtEdit, remove_edge);
 typed::edit_edge!(edge, RtEdit, "RT", rt, parent, child);
-typed::edge!(
-    /// Where a child is in another frame as something else knows it. It may close a loop, which
-    /// need not agree with the tree.
-    LoopClosure, "loop_closure"
-);
 
 /// What has changed of the type `loop_closure`.
 pub type LoopClosureChange = typed::Change<LoopClosure<'static>>;
-typed::reads! { 's LoopClosure;
-
-    /// `float[6]`. `None` if it has no value.
-    pose: [f64; 6] = typed::read::numbers::<6>, "pose";
-}
 typed::edge_between!(LoopClosure, "loop_closure", loop_closure, parent, child);
 typed::edit_element!(LoopClosureEdit, EdgeId);
 typed::writes! { LoopClosureEdit;
@@ -373,9 +312,6 @@ typed::writes! { LoopClosureEdit;
 }
 typed::removes!(LoopClosureEdit, remove_edge);
 typed::edit_edge!(edge, LoopClosureEdit, "loop_closure", loop_closure, parent, child);
-typed::edge!(
-    Of, "of"
-);
 
 /// What has changed of the type `of`.
 pub type OfChange = typed::Change<Of<'static>>;
@@ -385,9 +321,6 @@ typed::writes! { OfEdit;
 }
 typed::removes!(OfEdit, remove_edge);
 typed::edit_edge!(edge, OfEdit, "of", of, what, frame);
-typed::edge!(
-    WithRespectTo, "with_respect_to"
-);
 
 /// What has changed of the type `with_respect_to`.
 pub type WithRespectToChange = typed::Change<WithRespectTo<'static>>;
@@ -397,9 +330,6 @@ typed::writes! { WithRespectToEdit;
 }
 typed::removes!(WithRespectToEdit, remove_edge);
 typed::edit_edge!(edge, WithRespectToEdit, "with_respect_to", with_respect_to, what, frame);
-typed::edge!(
-    ComposedBy, "composed_by"
-);
 
 /// What has changed of the type `composed_by`.
 pub type ComposedByChange = typed::Change<ComposedBy<'static>>;
