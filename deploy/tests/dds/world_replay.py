@@ -151,10 +151,12 @@ def main():
         wrong.append(f"digests differ: {[(w, e['digests'], e['info']) for w, e in ends.items()]}")
     first = next(iter(ends.values()))
     for writer, end in ends.items():
-        for other, known in end["seen"].items():
-            if other in ends and known != logs[other][1]:
+        for other in ends:
+            known = end["seen"].get(other, 0)
+            if known != logs[other][1]:
                 wrong.append(f"{writer} has {known} of {logs[other][1]} steps of living {other}")
-            elif known > logs.get(other, (0, known, 0))[1]:
+        for other, known in end["seen"].items():
+            if known > logs.get(other, (0, known, 0))[1]:
                 wrong.append(f"{writer} has {known} steps of {other}, which made fewer")
     steps = []
     for writer, (made, _, _) in logs.items():
