@@ -1,9 +1,10 @@
 //! Differences between two versions.
 
+use crate::edit::Edit;
 use crate::element::{EdgeId, Element, Id, NodeId};
 use crate::names::Symbol;
 use crate::snapshot::Snapshot;
-use crate::stored::{Attributes, value};
+use crate::stored::Attributes;
 use std::sync::Arc;
 
 /// One difference.
@@ -25,6 +26,13 @@ impl Snapshot {
     /// The differences from an older version of the same graph. The time depends on the changes,
     /// not on the size of the graph. Attributes of new elements are not listed separately.
     pub fn since(&self, older: &Self) -> Vec<Change> {
+        match self.touched_since(older) {
+            Some(touched) => self.attributes_of(older, touched),
+            None => self.compared(older),
+        }
+    }
+
+    fn compared(&self, older: &Self) -> Vec<Change> {
         let (mut nodes, mut edges) = (Vec::new(), Vec::new());
         self.nodes.differences(&older.nodes, &mut |at| {
             if !self.is_same_node(older, at) {
@@ -83,6 +91,17 @@ impl Snapshot {
             && generation(self) == generation(older)
     }
 
+    /// The differences of the attributes of these elements, those of edges first.
+    fn attributes_of(&self, older: &Self, touched: &[Element]) -> Vec<Change> {
+        let mut changes = Vec::with_capacity(touched.len());
+        let is_edge = |element: &&Element| matches!(element, Element::Edge(_));
+        let nodes = touched.iter().filter(|element| !is_edge(element));
+        for element in touched.iter().filter(is_edge).chain(nodes) {
+            self.attributes_since(older, *element, &mut changes);
+        }
+        changes
+    }
+
     fn attributes_since(&self, older: &Self, element: Element, changes: &mut Vec<Change>) {
         let (Ok(new), Ok(old)) = (self.attributes(element), older.attributes(element)) else {
             return;
@@ -90,23 +109,65 @@ impl Snapshot {
         if is_same(new, old) {
             return;
         }
-        let both = [new, old].into_iter().flatten();
-        let symbols = both.flat_map(|all| all.iter()).map(|(symbol, _)| *symbol);
-        let is_other = |symbol: &Symbol| value(new, *symbol) != value(old, *symbol);
-        let mut all: Vec<Symbol> = symbols.filter(is_other).collect();
-        // All that have the value have another one.
-        if self.types.has_groups
-            && let Ok(kind) = self.kind(element)
-        {
-            for at in 0..all.len() {
-                let group = self.types.group(kind, all[at]);
-                all.extend(group.into_iter().flatten().map(|(symbol, _)| *symbol));
-            }
+        let first = changes.len();
+        let (mut new, mut old) = (
+            new.as_deref().unwrap_or_default(),
+            old.as_deref().unwrap_or_default(),
+        );
+        // Both are in the order of their symbols.
+        loop {
+            let symbol = match (new, old) {
+                ([a, later @ ..], [b, earlier @ ..]) if a.0 == b.0 => {
+                    (new, old) = (later, earlier);
+                    if a.1.value() == b.1.value() {
+                        continue;
+                    }
+                    a.0
+                }
+                ([a, later @ ..], others) if others.first().is_none_or(|b| a.0 < b.0) => {
+                    new = later;
+                    a.0
+                }
+                (_, [b, earlier @ ..]) => {
+                    old = earlier;
+                    b.0
+                }
+                _ => break,
+            };
+            changes.push(Change::Attribute(element, symbol));
+        }
+        if self.types.has_groups {
+            self.add_groups(element, first, changes);
+        }
+    }
+
+    /// Adds the attributes that have one value with a changed one: they have another value, too.
+    fn add_groups(&self, element: Element, first: usize, changes: &mut Vec<Change>) {
+        let Ok(kind) = self.kind(element) else {
+            return;
+        };
+        let mut all: Vec<Symbol> = Vec::new();
+        for change in changes.drain(first..) {
+            let Change::Attribute(_, symbol) = change else {
+                continue;
+            };
+            let group = self.types.group(kind, symbol).unwrap_or_default();
+            all.extend(group.iter().map(|(symbol, _)| *symbol).chain([symbol]));
         }
         all.sort_unstable();
         all.dedup();
         let all = all.into_iter();
         changes.extend(all.map(|symbol| Change::Attribute(element, symbol)));
+    }
+}
+
+impl Edit {
+    /// The differences from the version in which the change began, or from another one.
+    pub fn since(&mut self, older: &Snapshot) -> Vec<Change> {
+        match self.touched_since(older).map(<[Element]>::to_vec) {
+            Some(touched) => self.next.attributes_of(older, &touched),
+            None => self.next.compared(older),
+        }
     }
 }
 

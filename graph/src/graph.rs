@@ -7,6 +7,7 @@ use crate::edit::Edit;
 use crate::element::Element;
 use crate::error::Error;
 use crate::history::{History, Keep, Moment, Rings};
+use crate::last::LastChange;
 use crate::names::Named;
 use crate::snapshot::Snapshot;
 use crate::tree;
@@ -86,6 +87,7 @@ impl Graph {
         if !edit.kept.is_empty() {
             self.rings().push(&edit);
         }
+        edit.next.last = LastChange::of(&mut edit, &before);
         edit.next.settle();
         let next = Arc::new(edit.next);
         self.current.store(Arc::clone(&next));

@@ -34,6 +34,7 @@ mod element;
 mod error;
 mod graph;
 mod history;
+mod last;
 mod names;
 mod order;
 mod snapshot;

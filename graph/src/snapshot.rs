@@ -3,6 +3,7 @@
 use crate::Time;
 use crate::element::{Edge, EdgeId, Element, Half, Id, Lists, NONE, Node, NodeId, Place};
 use crate::error::Error;
+use crate::last::LastChange;
 use crate::names::{Named, Names, Symbol};
 use crate::stored::{Attributes, stored, value};
 use crate::types::Types;
@@ -29,6 +30,8 @@ pub struct Snapshot {
     pub(crate) tree: Arc<innermodel::Snapshot>,
     /// Whether all frames are in one tree.
     pub(crate) is_one_tree: bool,
+    /// The change that made this version.
+    pub(crate) last: LastChange,
 }
 
 /// All that a change of attributes leaves as it is.
@@ -96,6 +99,7 @@ impl Snapshot {
             types,
             tree: innermodel::InnerModel::new().snapshot(),
             is_one_tree: true,
+            last: LastChange::default(),
         }
     }
 
@@ -455,6 +459,11 @@ impl Snapshot {
         let element = element.into();
         let all = self.attributes(element).ok()?;
         value(all, attribute).or_else(|| self.converted(self.kind(element).ok()?, all, attribute))
+    }
+
+    /// The value that was set as this attribute: nothing if it was set as another one.
+    pub fn set_as(&self, element: Element, attribute: Symbol) -> Option<&Value> {
+        value(self.attributes(element).ok()?, attribute)
     }
 
     /// The value of an attribute that was set as another one.

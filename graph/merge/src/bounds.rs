@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::limits::{MOST_ATTRIBUTES, MOST_NAME, MOST_VALUE, MOST_WRITERS, is_far};
-use crate::record::{Delta, Record, Stamp, count};
+use crate::record::{Change, Delta, Record, Stamp, count};
 use crate::replica::Replica;
 use property_graph::{Id, MOST_BYTES, Value};
 use std::collections::{BTreeMap, HashSet};
@@ -56,7 +56,7 @@ impl Replica {
     /// # Errors
     /// No type or attribute has one of the names, no graph holds one of the values, or the replica
     /// would keep too many elements, or too many attributes of one of them.
-    pub fn check_change<'a>(
+    pub fn check_own<'a>(
         &self,
         kinds: impl IntoIterator<Item = &'a str>,
         set: impl IntoIterator<Item = (Id, &'a str, Option<&'a Value>)>,
@@ -105,35 +105,78 @@ impl Replica {
         self.check_numbers(delta, is_far)
     }
 
+    /// Refuses a change that no replica sends, as [`Replica::merge_change`] does, and changes nothing.
+    ///
+    /// # Errors
+    /// Those of [`Replica::merge_change`].
+    pub fn check_change(&self, change: &Change) -> Result<(), Error> {
+        let is_own = change.writer == self.writer();
+        let (since, upto) = if is_own {
+            (change.since, change.upto)
+        } else {
+            (0, 0)
+        };
+        let most_own = self.most_own(true, since, upto);
+        self.check_number(change.writer, change.upto, most_own, is_far)?;
+        self.check_records(&change.records, most_own, is_far)?;
+        let writers = std::iter::once(change.writer);
+        self.check_counts(change.writer, writers, &change.records)
+    }
+
     /// Checks as [`check`](Self::check). `is_far` says whether a number is too far ahead of the known
     /// one.
     pub(crate) fn check_numbers(
         &self,
         delta: &Delta,
-        is_far: impl Fn(u64, u64) -> bool,
+        is_far: impl Fn(u64, u64) -> bool + Copy,
     ) -> Result<(), Error> {
-        let own = count(self.seen(), self.writer());
-        let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1)
-            && count(&delta.since, self.writer()) <= own;
-        let most_own = if is_complete && !self.has_changed {
-            own.max(count(&delta.upto, self.writer()))
-        } else {
-            own
-        };
-        let sequence = |writer: u64, sequence: u64| {
-            if is_far(sequence, count(self.seen(), writer)) {
-                return Err(Error::TooFar(writer));
-            }
-            if writer == self.writer() && sequence > most_own {
-                return Err(Error::SameWriter(writer));
-            }
-            Ok(())
-        };
+        let is_complete = delta.all_of.is_none_or(|(_, ranges)| ranges <= 1);
+        let (since, upto) = (&delta.since, &delta.upto);
+        let [since, upto] = [since, upto].map(|of| count(of, self.writer()));
+        let most_own = self.most_own(is_complete, since, upto);
         let vectors = [&delta.upto, &delta.seen, &delta.forgotten];
         for (writer, number) in vectors.into_iter().flatten() {
-            sequence(*writer, *number)?;
+            self.check_number(*writer, *number, most_own, is_far)?;
         }
-        for record in &delta.records {
+        self.check_records(&delta.records, most_own, is_far)?;
+        self.check_counts(delta.sender, delta.upto.keys().copied(), &delta.records)
+    }
+
+    /// The greatest number that others may say of this writer, in changes of it after `since` up to `upto`.
+    fn most_own(&self, is_complete: bool, since: u64, upto: u64) -> u64 {
+        let own = count(self.seen(), self.writer());
+        if is_complete && since <= own && !self.has_changed {
+            own.max(upto)
+        } else {
+            own
+        }
+    }
+
+    fn check_number(
+        &self,
+        writer: u64,
+        number: u64,
+        most_own: u64,
+        is_far: impl Fn(u64, u64) -> bool,
+    ) -> Result<(), Error> {
+        if is_far(number, count(self.seen(), writer)) {
+            return Err(Error::TooFar(writer));
+        }
+        if writer == self.writer() && number > most_own {
+            return Err(Error::SameWriter(writer));
+        }
+        Ok(())
+    }
+
+    fn check_records(
+        &self,
+        records: &[Record],
+        most_own: u64,
+        is_far: impl Fn(u64, u64) -> bool + Copy,
+    ) -> Result<(), Error> {
+        let sequence =
+            |writer: u64, number: u64| self.check_number(writer, number, most_own, is_far);
+        for record in records {
             let (stamp, id) = (record.stamp(), record.of());
             if stamp.sequence == 0 || stamp.count == 0 {
                 return Err(Error::NoNumber(stamp.writer));
@@ -150,7 +193,7 @@ impl Replica {
             }
             self.check_record(record, stamp)?;
         }
-        self.check_counts(delta)
+        Ok(())
     }
 
     fn check_record(&self, record: &Record, stamp: Stamp) -> Result<(), Error> {
@@ -174,20 +217,22 @@ impl Replica {
     }
 
     /// Refuses more than a replica keeps.
-    fn check_counts(&self, delta: &Delta) -> Result<(), Error> {
-        let count = delta.records.len();
+    fn check_counts(
+        &self,
+        sender: u64,
+        writers: impl ExactSizeIterator<Item = u64>,
+        records: &[Record],
+    ) -> Result<(), Error> {
+        let count = records.len();
         let most_attributes = |of: Id| self.attribute_count(of) + count <= MOST_ATTRIBUTES;
         let are_few = self.kept() + count <= self.most_elements
-            && self.seen().len() + delta.upto.len() + count <= MOST_WRITERS
-            && delta
-                .records
-                .iter()
-                .all(|record| most_attributes(record.of()));
+            && self.seen().len() + writers.len() + count <= MOST_WRITERS
+            && records.iter().all(|record| most_attributes(record.of()));
         // The usual case: as many could be new, and none is too many.
         if !are_few {
-            self.check_new_ones(delta)?;
+            self.check_new_ones(writers.collect(), records)?;
         }
-        let is_new = delta.sender != self.writer() && !self.others.contains_key(&delta.sender);
+        let is_new = sender != self.writer() && !self.others.contains_key(&sender);
         if is_new && self.others.len() >= MOST_WRITERS {
             return Err(Error::TooManyWriters(MOST_WRITERS));
         }
@@ -195,11 +240,11 @@ impl Replica {
     }
 
     /// Refuses more writers, elements and attributes than a replica keeps.
-    fn check_new_ones(&self, delta: &Delta) -> Result<(), Error> {
-        let mut writers: HashSet<u64> = delta.upto.keys().copied().collect();
+    #[cold]
+    fn check_new_ones(&self, mut writers: HashSet<u64>, records: &[Record]) -> Result<(), Error> {
         let mut new: HashSet<Id> = HashSet::new();
         let mut names: BTreeMap<Id, HashSet<&str>> = BTreeMap::new();
-        for record in &delta.records {
+        for record in records {
             let id = record.of();
             writers.insert(record.stamp().writer);
             let element = self.elements.get(&id);

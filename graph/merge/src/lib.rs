@@ -24,7 +24,7 @@ mod view;
 pub use error::Error;
 pub use hidden::Hidden;
 pub use limits::MOST_ELEMENTS;
-pub use record::{Delta, Record, Stamp, Vector};
+pub use record::{Change, Delta, Record, Stamp, Vector};
 pub use replica::{MOST_TOMBSTONES, Replica, unique_writer};
 pub use sound::{allows, has_attribute, missing};
 pub use view::{Conflict, Reason, Shown, View};

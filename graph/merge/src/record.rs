@@ -81,6 +81,19 @@ impl Record {
     }
 }
 
+/// What one writer has changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Change {
+    /// The writer.
+    pub writer: u64,
+    /// The changes are all those after this one…
+    pub since: u64,
+    /// …up to this one.
+    pub upto: u64,
+    /// The changes.
+    pub records: Vec<Record>,
+}
+
 /// Changes for another replica.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Delta {

@@ -4,7 +4,7 @@ use crate::attributes::Attributes;
 use crate::error::Error;
 use crate::hash::range_of;
 use crate::limits::{MOST_AHEAD, MOST_ELEMENTS, is_far_in_answer};
-use crate::record::{Delta, Record, Stamp, Vector, count, covers, raise};
+use crate::record::{Change, Delta, Record, Stamp, Vector, count, covers, raise};
 use property_graph::{Id, Value};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -136,19 +136,17 @@ impl Replica {
     pub fn recorded<E: From<Error>>(
         &mut self,
         make: impl FnOnce(&mut Self) -> Result<(), E>,
-    ) -> Result<Delta, E> {
+    ) -> Result<Change, E> {
         let since = count(&self.seen, self.writer);
         self.made = Some(Vec::new());
         let result = make(self);
         let records = self.made.take().unwrap_or_default();
         result?;
-        let upto = count(&self.seen, self.writer);
-        Ok(Delta {
-            sender: self.writer,
-            since: [(self.writer, since)].into(),
-            upto: [(self.writer, upto)].into(),
+        Ok(Change {
+            writer: self.writer,
+            since,
+            upto: count(&self.seen, self.writer),
             records,
-            ..Delta::default()
         })
     }
 
@@ -434,18 +432,29 @@ impl Replica {
         Ok(self.merge_where(delta, |_, _| true))
     }
 
-    /// Takes the changes of another replica but for those behind a gap: changes of a writer of which
-    /// earlier ones are missing. A replica that merges in no other way has what `seen` says and nothing else.
+    /// Takes what another replica has changed, unless earlier changes of this writer are missing. It is about the
+    /// elements of its records. A replica that takes nothing but changes and answers has what `seen` says and
+    /// nothing else.
     ///
     /// # Errors
     /// Those of [`Replica::merge`].
-    pub fn merge_in_order(&mut self, delta: &Delta) -> Result<BTreeSet<Id>, Error> {
-        self.check(delta)?;
-        Ok(self.merge_without_gaps(delta))
+    pub fn merge_change(&mut self, change: &Change) -> Result<(), Error> {
+        self.check_change(change)?;
+        if count(&self.seen, change.writer) < change.since {
+            return Ok(());
+        }
+        for record in &change.records {
+            self.put(record, false);
+        }
+        let seen = self.seen.entry(change.writer).or_default();
+        *seen = (*seen).max(change.upto);
+        self.settle();
+        self.acknowledge(change.writer, &Vector::new());
+        Ok(())
     }
 
-    /// Takes the answer to a question of this replica as [`Replica::merge_in_order`] takes changes. A replica
-    /// that joins late knows no number, so those of an answer may be up to 2^63.
+    /// Takes the answer to a question of this replica, but for changes of a writer of which earlier ones are missing.
+    /// A replica that joins late knows no number, so those of an answer may be up to 2^63.
     ///
     /// # Errors
     /// Those of [`Replica::merge`].
@@ -537,6 +546,9 @@ impl Replica {
 
     /// Drops entries that `seen` decides by now, and those beyond the limit.
     fn settle(&mut self) {
+        if self.gone.is_empty() && self.early.is_empty() {
+            return;
+        }
         let seen = &self.seen;
         self.gone.retain(|id| !covers(seen, *id));
         let known: Vec<Id> = self.early.extract_if(.., |id| covers(seen, *id)).collect();

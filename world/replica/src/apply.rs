@@ -2,7 +2,7 @@
 
 use crate::core::Core;
 use crate::start::attributes;
-use graph_merge::{Hidden, Shown, allows};
+use graph_merge::{Hidden, Record, Shown, allows};
 use property_graph::{Edit, Element, Error, Graph, Id, Symbol, Time, Value, in_order};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -46,6 +46,55 @@ impl<'r> Names<'r> {
 }
 
 impl Core {
+    /// Shows values of attributes of which the graph shows earlier ones: the usual case of a change, without a look
+    /// at the other attributes. Returns `false`, and shows none, if one of them is `None` or something else.
+    pub(crate) fn show_values<'v>(
+        &self,
+        graph: &Graph,
+        time: Time,
+        values: impl Iterator<Item = Option<(Id, &'v str, &'v Value)>>,
+    ) -> bool {
+        if !self.is_whole || self.is_stale {
+            return false;
+        }
+        let shown = graph.change(time, |edit| {
+            let mut is_equal = true;
+            for value in values {
+                let (of, name, value) = value.ok_or(Refused::NotWhole)?;
+                let now = edit.snapshot();
+                let element = now.find(of).ok_or(Refused::NotWhole)?;
+                let symbol = now.symbol(name).ok_or(Refused::NotWhole)?;
+                let known = now.set_as(element, symbol).ok_or(Refused::NotWhole)?;
+                if known != value {
+                    edit.set(element, symbol, value.clone())?;
+                    is_equal = false;
+                }
+            }
+            if is_equal {
+                return Err(Refused::Equal);
+            }
+            Ok(())
+        });
+        matches!(shown, Ok(()) | Err(Refused::Equal))
+    }
+
+    /// The value that a record gives an attribute, for [`Self::show_values`]. `None` if it is not the one to show.
+    pub(crate) fn value_of<'r>(&self, record: &'r Record) -> Option<(Id, &'r str, &'r Value)> {
+        let Record::Attribute {
+            stamp,
+            of,
+            name,
+            value: Some(value),
+        } = record
+        else {
+            return None;
+        };
+        let is_latest = self.replica.stamp_of(*of, name) == Some(*stamp);
+        // A stream may have given the attribute a later value.
+        let has_streams = self.streams.len() > 0 && self.streams.of(*of).next().is_some();
+        (is_latest && !has_streams).then_some((*of, name, value))
+    }
+
     /// Shows elements that have changed, or leaves it to the next turn.
     pub(crate) fn show(&mut self, graph: &Graph, time: Time, touched: &BTreeSet<Id>) {
         if touched.is_empty() || self.is_stale {

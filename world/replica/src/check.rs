@@ -1,7 +1,7 @@
 //! Messages that no replica of this schema sends.
 
 use crate::core::{Core, MOST_ELEMENTS};
-use graph_merge::{Delta, Record, Replica, allows, has_attribute, missing};
+use graph_merge::{Record, Replica, allows, has_attribute, missing};
 use graph_schema::Schema;
 use property_graph::Id;
 use rc_diagnostics::foreign;
@@ -24,18 +24,18 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// Refuses a delta that breaks the schema by itself. Two that are sound by themselves may break
+    /// Refuses changes that break the schema by themselves. Two that are sound by themselves may break
     /// it together, which is not a fault of anybody.
-    pub(crate) fn delta(&self, delta: &Delta) -> Result<(), String> {
+    pub(crate) fn records(&self, records: &[Record]) -> Result<(), String> {
         let is_set = |record: &Record| matches!(record, Record::Attribute { value: Some(_), .. });
-        if delta.records.iter().all(is_set) {
+        if records.iter().all(is_set) {
             // The usual case: nothing is made that lacks something, and nothing loses something.
-            return self.values(delta, |_| None);
+            return self.values(records, |_| None);
         }
         let mut kinds: HashMap<Id, &str> = HashMap::new();
         let (mut set, mut unset) = (BTreeSet::new(), BTreeSet::new());
         let mut removed: BTreeSet<Id> = BTreeSet::new();
-        for record in &delta.records {
+        for record in records {
             match record {
                 Record::Node { kind, .. } | Record::Edge { kind, .. } => {
                     self.kind(record, kind)?;
@@ -56,8 +56,8 @@ impl<'c> Check<'c> {
                 }
             }
         }
-        self.room(delta)?;
-        self.values(delta, |of| kinds.get(&of).copied())?;
+        self.room(records)?;
+        self.values(records, |of| kinds.get(&of).copied())?;
         let is_there = |id: Id, name: &str| {
             let is_here = || !unset.contains(&(id, name)) && self.replica.get(id, name).is_some();
             set.contains(&(id, name)) || is_here()
@@ -78,13 +78,13 @@ impl<'c> Check<'c> {
         Ok(())
     }
 
-    /// Refuses values of a delta. `made` has the types of the elements that are made in it.
+    /// Refuses values of changes. `made` has the types of the elements that are made in it.
     fn values<'d>(
         &'d self,
-        delta: &Delta,
+        records: &[Record],
         made: impl Fn(Id) -> Option<&'d str>,
     ) -> Result<(), String> {
-        for record in &delta.records {
+        for record in records {
             if let Record::Attribute {
                 of, name, value, ..
             } = record
@@ -97,9 +97,9 @@ impl<'c> Check<'c> {
     }
 
     /// Refuses more elements than a world has.
-    pub(crate) fn room(&self, delta: &Delta) -> Result<(), String> {
+    pub(crate) fn room(&self, records: &[Record]) -> Result<(), String> {
         let is_new = |record: &&Record| matches!(record, Record::Node { .. } | Record::Edge { .. });
-        let new = delta.records.iter().filter(is_new).count();
+        let new = records.iter().filter(is_new).count();
         if self.replica.kept().saturating_add(new) > 2 * MOST_ELEMENTS {
             return Err(format!("a world has at most {MOST_ELEMENTS} elements"));
         }

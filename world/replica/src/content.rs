@@ -1,7 +1,7 @@
 //! The content of messages of replicas.
 
 use crate::streams::Sample;
-use graph_merge::{Delta, Vector};
+use graph_merge::{Change, Vector};
 use property_graph::Time;
 
 /// A topic of the interfaces of worlds.
@@ -25,8 +25,7 @@ pub(crate) enum Content {
     Change {
         schema: u64,
         time: Time,
-        /// Changes of the sender only.
-        delta: Delta,
+        change: Change,
     },
     Samples {
         schema: u64,

@@ -10,7 +10,7 @@ use crate::overruled;
 use crate::protocol::between;
 use crate::streams::Sample;
 use crate::token::Token;
-use graph_merge::{Delta, Reason, Replica};
+use graph_merge::{Change, Delta, Reason};
 use property_graph::{Graph, Id, Time};
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -73,11 +73,11 @@ impl Core {
             Content::Change {
                 schema,
                 time: made,
-                delta,
+                change,
             } => {
-                if self.is_from(schema, delta.sender, now) {
+                if self.is_from(schema, change.writer, now) {
                     let at = between(made, graph.snapshot().time(), time);
-                    self.take_change(graph, at, now, &delta);
+                    self.take_change(graph, at, now, change);
                 }
             }
             Content::Samples {
@@ -143,11 +143,14 @@ impl Core {
         is_same
     }
 
-    fn take_change(&mut self, graph: &Graph, time: Time, now: Duration, delta: &Delta) {
-        let sender = delta.sender;
-        let count = |of: &graph_merge::Vector| of.get(&sender).copied().unwrap_or_default();
-        let (since, upto) = (count(&delta.since), count(&delta.upto));
-        let is_own = delta.records.iter().all(|record| {
+    fn take_change(&mut self, graph: &Graph, time: Time, now: Duration, change: Change) {
+        let Change {
+            writer: sender,
+            since,
+            upto,
+            ..
+        } = change;
+        let is_own = change.records.iter().all(|record| {
             let stamp = record.stamp();
             stamp.writer == sender && since < stamp.sequence && stamp.sequence <= upto
         });
@@ -160,79 +163,79 @@ impl Core {
             return;
         }
         if since > seen {
-            self.wait_with(time, now, delta, (since, upto));
-        } else if self.merge(graph, time, delta) {
+            self.wait_with(time, now, change);
+        } else if self.merge_change(graph, time, &change) {
             self.protocol.counts.received += 1;
             self.take_waiting(graph, time);
         }
     }
 
     /// Keeps a change until those before it are known, and asks for these.
-    fn wait_with(&mut self, time: Time, now: Duration, delta: &Delta, (since, upto): (u64, u64)) {
-        let checked = Check::of(self).delta(delta);
+    fn wait_with(&mut self, time: Time, now: Duration, change: Change) {
+        let (writer, upto) = (change.writer, change.upto);
+        let checked = Check::of(self).records(&change.records);
         let checked = checked.and_then(|()| {
-            let taken = self.replica.check(delta);
+            let taken = self.replica.check_change(&change);
             taken.map_err(|error| error.to_string())
         });
         if let Err(reason) = checked {
             return self.protocol.refuse(&reason);
         }
         self.protocol.counts.gaps += 1;
-        self.protocol.gaps.put(since, time, delta);
+        self.protocol.gaps.put(time, change);
         self.protocol.ask_by(now.saturating_add(PATIENCE));
         // The sender had this when it sent the change.
-        if let Some(peer) = self.protocol.peers.all.get_mut(&delta.sender) {
-            let known = peer.seen.entry(delta.sender).or_default();
+        if let Some(peer) = self.protocol.peers.all.get_mut(&writer) {
+            let known = peer.seen.entry(writer).or_default();
             *known = (*known).max(upto);
         }
     }
 
     /// Takes the changes before which nothing is missing any more, each as a version of its own.
     pub(crate) fn take_waiting(&mut self, graph: &Graph, time: Time) {
-        while let Some((made, delta)) = self.protocol.gaps.next(self.replica.seen()) {
+        while let Some((made, change)) = self.protocol.gaps.next(self.replica.seen()) {
             let at = between(made, graph.snapshot().time(), time);
-            if self.merge(graph, at, &delta) {
+            if self.merge_change(graph, at, &change) {
                 self.protocol.counts.received += 1;
             }
         }
     }
 
     /// Takes a change of another replica, and shows it. Returns whether it is sound.
-    pub(crate) fn merge(&mut self, graph: &Graph, time: Time, delta: &Delta) -> bool {
-        let sound = Check::of(self).delta(delta);
-        self.merge_sound(graph, time, delta, sound, Replica::merge_in_order)
+    fn merge_change(&mut self, graph: &Graph, time: Time, change: &Change) -> bool {
+        let records = &change.records;
+        let merged = Check::of(self).records(records).and_then(|()| {
+            overruled::note(&mut self.overruled, &self.replica, records);
+            let merged = self.replica.merge_change(change);
+            merged.map_err(|error| error.to_string())
+        });
+        if let Err(reason) = merged {
+            self.protocol.refuse(&reason);
+            return false;
+        }
+        self.protocol.digests.clear();
+        let values = records.iter();
+        if !self.show_values(graph, time, values.map(|record| self.value_of(record))) {
+            let touched = records.iter().map(graph_merge::Record::of).collect();
+            self.show(graph, time, &touched);
+        }
+        true
     }
 
     /// Takes a part of an answer, and shows it. Changes that the schema allows each by itself may break it
     /// together. An answer has all of them, and the view hides what the schema does not allow.
     pub(crate) fn merge_answer(&mut self, graph: &Graph, time: Time, delta: &Delta) {
-        let sound = Check::of(self).room(delta);
-        self.merge_sound(graph, time, delta, sound, Replica::merge_answer);
-    }
-
-    fn merge_sound(
-        &mut self,
-        graph: &Graph,
-        time: Time,
-        delta: &Delta,
-        sound: Result<(), String>,
-        merge: impl Fn(&mut Replica, &Delta) -> Result<BTreeSet<Id>, graph_merge::Error>,
-    ) -> bool {
-        let merged = sound.and_then(|()| {
-            overruled::note(&mut self.overruled, &self.replica, delta);
-            let merged = merge(&mut self.replica, delta);
+        let merged = Check::of(self).room(&delta.records).and_then(|()| {
+            overruled::note(&mut self.overruled, &self.replica, &delta.records);
+            let merged = self.replica.merge_answer(delta);
             merged.map_err(|error| error.to_string())
         });
         match merged {
             Ok(touched) => {
                 self.protocol.digests.clear();
                 self.show(graph, time, &touched);
-                true
             }
-            Err(reason) => {
-                self.protocol.refuse(&reason);
-                false
-            }
+            Err(reason) => self.protocol.refuse(&reason),
         }
     }
 
@@ -245,7 +248,7 @@ impl Core {
     /// Takes the messages of another replica in a test.
     pub(crate) fn be_told(&mut self, graph: &Graph, time: Time, delta: &Delta, samples: &[Sample]) {
         let time = between(time, graph.snapshot().time(), time);
-        self.merge(graph, time, delta);
+        self.merge_answer(graph, time, delta);
         self.take_samples(graph, time, Duration::ZERO, samples);
         if self.is_stale {
             self.show_all(graph, time);
@@ -257,7 +260,7 @@ impl Core {
         if !newest.is_none_or(|newest| self.replica.count_from(newest)) {
             return self.protocol.refuse("a count is too far ahead");
         }
-        let mut touched = BTreeSet::new();
+        let mut newest = Vec::with_capacity(samples.len());
         for sample in samples {
             let Some(kind) = self.replica.kind_of(sample.of) else {
                 // Its element is late, or no more.
@@ -271,10 +274,15 @@ impl Core {
             let stamp = (sample.count, sample.writer);
             if self.overrides(sample.of, &sample.name, stamp) && self.streams.put(sample, now) {
                 self.protocol.counts.samples_received += 1;
-                touched.insert(sample.of);
+                newest.push(sample);
             }
         }
-        self.show(graph, time, &touched);
+        let values = newest.iter();
+        let values = values.map(|sample| Some((sample.of, &*sample.name, &sample.value)));
+        if !self.show_values(graph, time, values) {
+            let touched = newest.iter().map(|sample| sample.of).collect();
+            self.show(graph, time, &touched);
+        }
     }
 
     fn take_digest(&mut self, digest: &DigestOf, now: Duration) {
@@ -384,7 +392,7 @@ impl Core {
             return;
         }
         let time = between(time, graph.snapshot().time(), time);
-        let delta = self.replica.recorded(|replica| {
+        let change = self.replica.recorded(|replica| {
             for id in &gone {
                 replica.remove(*id)?;
             }
@@ -392,12 +400,12 @@ impl Core {
         });
         self.protocol.digests.clear();
         // An edge takes those that start or end there with it.
-        let also = delta.iter().flat_map(|delta| &delta.records);
+        let also = change.iter().flat_map(|change| &change.records);
         gone.extend(also.map(graph_merge::Record::of));
         self.show(graph, time, &gone);
-        match delta {
-            Ok(delta) if delta.records.is_empty() => {}
-            Ok(delta) => self.protocol.send_change(time, delta),
+        match change {
+            Ok(change) if change.records.is_empty() => {}
+            Ok(change) => self.protocol.send_change(time, change),
             // The next digest tells of those before the error.
             Err(error) => self.protocol.refuse(&error.to_string()),
         }

@@ -2,7 +2,7 @@
 //! those before it: it waits here until they are known, or nobody is left who could tell them.
 
 use crate::wire;
-use graph_merge::{Delta, Vector};
+use graph_merge::{Change, Vector};
 use property_graph::Time;
 use std::collections::BTreeMap;
 
@@ -14,25 +14,25 @@ const EACH: usize = 1024;
 /// Changes behind a gap, by writer and by what is before them.
 #[derive(Default)]
 pub(crate) struct Gaps {
-    waiting: BTreeMap<u64, BTreeMap<u64, (Time, Delta)>>,
+    waiting: BTreeMap<u64, BTreeMap<u64, (Time, Change)>>,
     bytes: usize,
 }
 
-fn size(delta: &Delta) -> usize {
-    EACH + wire::size(&delta.records)
+fn size(change: &Change) -> usize {
+    EACH + wire::size(&change.records)
 }
 
 impl Gaps {
-    /// Keeps a change of a writer for later: its time, and all steps after `since`.
-    pub(crate) fn put(&mut self, since: u64, time: Time, delta: &Delta) {
-        let size = size(delta);
-        let all = self.waiting.entry(delta.sender).or_default();
-        if self.bytes + size <= MOST_WAITING && !all.contains_key(&since) {
-            all.insert(since, (time, delta.clone()));
+    /// Keeps a change for later, with its time.
+    pub(crate) fn put(&mut self, time: Time, change: Change) {
+        let (writer, size) = (change.writer, size(&change));
+        let all = self.waiting.entry(writer).or_default();
+        if self.bytes + size <= MOST_WAITING && !all.contains_key(&change.since) {
+            all.insert(change.since, (time, change));
             self.bytes += size;
         }
         if all.is_empty() {
-            self.waiting.remove(&delta.sender);
+            self.waiting.remove(&writer);
         }
     }
 
@@ -42,16 +42,18 @@ impl Gaps {
     }
 
     /// The next change before which nothing is missing any more. What is known by now is dropped.
-    pub(crate) fn next(&mut self, seen: &Vector) -> Option<(Time, Delta)> {
-        let known = |of: &Vector, writer: u64| of.get(&writer).copied().unwrap_or_default();
+    pub(crate) fn next(&mut self, seen: &Vector) -> Option<(Time, Change)> {
+        if self.waiting.is_empty() {
+            return None;
+        }
         let mut next = None;
         for (writer, all) in &mut self.waiting {
-            let known_of = known(seen, *writer);
+            let known_of = seen.get(writer).copied().unwrap_or_default();
             while let Some(first) = all.first_entry().filter(|first| *first.key() <= known_of) {
-                let (time, delta) = first.remove();
-                self.bytes = self.bytes.saturating_sub(size(&delta));
-                if known(&delta.upto, *writer) > known_of {
-                    next = Some((time, delta));
+                let (time, change) = first.remove();
+                self.bytes = self.bytes.saturating_sub(size(&change));
+                if change.upto > known_of {
+                    next = Some((time, change));
                     break;
                 }
             }
@@ -65,8 +67,8 @@ impl Gaps {
 
     /// Drops the changes of a writer of which nothing more is heard. If it comes back, they are asked for.
     pub(crate) fn forget(&mut self, writer: u64) {
-        for (_, delta) in self.waiting.remove(&writer).unwrap_or_default().values() {
-            self.bytes = self.bytes.saturating_sub(size(delta));
+        for (_, change) in self.waiting.remove(&writer).unwrap_or_default().values() {
+            self.bytes = self.bytes.saturating_sub(size(change));
         }
     }
 }

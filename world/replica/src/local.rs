@@ -8,7 +8,7 @@ use crate::rights::type_of;
 use crate::start::attributes;
 use crate::streams::Sample;
 use crate::token::Token;
-use graph_merge::{Delta, Replica};
+use graph_merge::Replica;
 use property_graph::{Change, Edit, Element, Graph, Id, MOST_STEPS, Snapshot, Time, Value};
 use std::collections::BTreeMap;
 
@@ -42,11 +42,11 @@ impl Core {
         let (result, changes) = graph.change(time, |edit| {
             edit.count_ids_from(first);
             let result = make(edit)?;
+            let changes = edit.since(&before);
             let after = edit.snapshot();
             if after.node_count() + after.edge_count() > MOST_ELEMENTS {
                 return Err(Error::TooMany(MOST_ELEMENTS));
             }
-            let changes = after.since(&before);
             rights.check(&before, after, &changes, |id| {
                 id.writer() == writer && numbers.contains(&id.count())
             })?;
@@ -86,9 +86,9 @@ impl Core {
                 }
                 Change::Attribute(element, symbol) => {
                     let name = after.text(*symbol);
-                    let new = set_as(after, *element, name)?;
+                    let new = after.set_as(*element, *symbol);
                     // Another attribute may have had the value.
-                    if new == set_as(before, *element, name)? {
+                    if new == before.set_as(*element, *symbol) {
                         continue;
                     }
                     let id = id_of(after, *element)?;
@@ -115,7 +115,7 @@ impl Core {
         let kinds = steps.made.values().map(|(kind, _)| kind.as_str());
         let set = steps.set.iter();
         let set = set.map(|(id, name, value)| (*id, name.as_str(), value.as_ref()));
-        if let Err(refused) = self.replica.check_change(kinds, set) {
+        if let Err(refused) = self.replica.check_own(kinds, set) {
             // The graph has shown something that the replica cannot take.
             self.show_all(graph, time);
             return Err(refused.into());
@@ -159,10 +159,10 @@ impl Core {
         let is_change =
             !(steps.made.is_empty() && steps.removed.is_empty() && steps.set.is_empty());
         if is_change {
-            let delta = self.replica.recorded(|replica| record(replica, steps));
+            let change = self.replica.recorded(|replica| record(replica, steps));
             self.protocol.digests.clear();
-            let delta = match delta {
-                Ok(delta) => delta,
+            let change = match change {
+                Ok(change) => change,
                 Err(error) => {
                     // The graph has shown something that the replica cannot take.
                     self.show_all(graph, time);
@@ -172,7 +172,7 @@ impl Core {
             if !self.is_whole || self.is_stale {
                 self.show_all(graph, time);
             }
-            self.protocol.send_change(time, delta);
+            self.protocol.send_change(time, change);
         }
         self.protocol.stream_time = time;
         Ok(())
@@ -186,9 +186,12 @@ impl Core {
         time: Time,
         start: &Snapshot,
     ) -> Result<(), Error> {
-        let delta = start_delta(start)?;
-        Check::of(self).delta(&delta).map_err(Error::Start)?;
-        let touched = self.replica.merge(&delta)?;
+        let mut replica = Replica::new(START, []);
+        let change = replica.recorded(|replica| crate::start::record(replica, start))?;
+        let checked = Check::of(self).records(&change.records);
+        checked.map_err(Error::Start)?;
+        self.replica.merge_change(&change)?;
+        let touched = change.records.iter().map(graph_merge::Record::of).collect();
         // It is not a replica for which removals wait.
         self.replica.forget(START);
         self.protocol.digests.clear();
@@ -206,15 +209,6 @@ impl Core {
 /// The writer of the initial contents of a world.
 pub(crate) const START: u64 = 1;
 
-fn start_delta(start: &Snapshot) -> Result<Delta, Error> {
-    let mut replica = Replica::new(START, []);
-    let delta = replica.recorded(|replica| crate::start::record(replica, start))?;
-    Ok(Delta {
-        sender: START,
-        ..delta
-    })
-}
-
 fn record(replica: &mut Replica, steps: Steps) -> Result<(), Error> {
     for (number, (kind, ends)) in steps.made {
         replica.skip_to(number);
@@ -230,17 +224,6 @@ fn record(replica: &mut Replica, steps: Steps) -> Result<(), Error> {
         replica.set(id, &name, value)?;
     }
     Ok(())
-}
-
-/// The value that was set under a name.
-fn set_as<'s>(
-    of: &'s Snapshot,
-    element: Element,
-    name: &str,
-) -> Result<Option<&'s Value>, property_graph::Error> {
-    let mut all = attributes(of, element)?;
-    let found = all.find(|(own, _)| *own == name);
-    Ok(found.map(|(_, value)| value))
 }
 
 /// The id of an element.

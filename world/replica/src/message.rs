@@ -45,7 +45,7 @@ impl Message {
     /// About how many bytes it has.
     pub(crate) fn size(&self) -> usize {
         match &self.0 {
-            Content::Change { delta, .. } => wire::size(&delta.records),
+            Content::Change { change, .. } => wire::size(&change.records),
             Content::Samples { samples, .. } => samples
                 .iter()
                 .map(|s| 64 + s.name.len() + s.value.size())

@@ -1,6 +1,6 @@
 //! Values that two replicas gave one attribute without knowing of each other.
 
-use graph_merge::{Delta, Record, Replica};
+use graph_merge::{Record, Replica};
 use property_graph::{Id, Value};
 use std::collections::VecDeque;
 
@@ -23,12 +23,12 @@ pub struct Overruled {
     pub writer: u64,
 }
 
-/// Notes the values of a delta that lose against those of this replica. They were made without
+/// Notes the values of changes that lose against those of this replica. They were made without
 /// knowing of each other: this replica gets the other value only now, and the greater count says
 /// that the other one did not know this value.
-pub(crate) fn note(all: &mut VecDeque<Overruled>, replica: &Replica, delta: &Delta) {
+pub(crate) fn note(all: &mut VecDeque<Overruled>, replica: &Replica, records: &[Record]) {
     let own = replica.writer();
-    for record in &delta.records {
+    for record in records {
         let Record::Attribute {
             stamp,
             of,

@@ -9,7 +9,7 @@ use crate::message::{MOST_CHUNK, Message};
 use crate::peers::Peers;
 use crate::streams::Sample;
 use crate::wire;
-use graph_merge::Delta;
+use graph_merge::Change;
 use graph_schema::Schema;
 use property_graph::Time;
 use rc_diagnostics::foreign;
@@ -93,9 +93,9 @@ impl Protocol {
     }
 
     /// Sends a change, or announces it if it is too large for one message.
-    pub(crate) fn send_change(&mut self, time: Time, delta: Delta) {
+    pub(crate) fn send_change(&mut self, time: Time, change: Change) {
         self.counts.made += 1;
-        if wire::size(&delta.records) > MOST_CHUNK {
+        if wire::size(&change.records) > MOST_CHUNK {
             self.next_digest = Duration::ZERO;
             return;
         }
@@ -103,7 +103,7 @@ impl Protocol {
         self.send(Content::Change {
             schema,
             time,
-            delta,
+            change,
         });
     }
 

@@ -2,7 +2,7 @@
 
 use crate::content::{Content, DigestOf, Topic};
 use crate::streams::Sample;
-use graph_merge::{Delta, Record, Vector};
+use graph_merge::{Change, Delta, Record, Vector};
 use property_graph::{Id, Time, Value};
 use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr_struct};
 use steps::{put_steps, records};
@@ -218,15 +218,14 @@ pub(crate) fn encode(message: &Content, writer: &mut Writer<'_>) {
         Content::Change {
             schema,
             time,
-            delta,
+            change,
         } => {
-            let count = |of: &Vector| of.get(&delta.sender).copied().unwrap_or_default();
             writer.put(schema);
-            writer.put(&delta.sender);
+            writer.put(&change.writer);
             writer.put(&nanos(*time));
-            writer.put(&count(&delta.since));
-            writer.put(&count(&delta.upto));
-            put_steps(writer, &delta.records);
+            writer.put(&change.since);
+            writer.put(&change.upto);
+            put_steps(writer, &change.records);
         }
         Content::Samples {
             schema,
@@ -303,12 +302,11 @@ pub(crate) fn decode(topic: Topic, reader: &mut Reader<'_>) -> Result<Content, D
             Content::Change {
                 schema,
                 time: time(made),
-                delta: Delta {
-                    sender,
-                    since: [(sender, reader.get()?)].into(),
-                    upto: [(sender, reader.get()?)].into(),
+                change: Change {
+                    writer: sender,
+                    since: reader.get()?,
+                    upto: reader.get()?,
                     records: records(reader)?,
-                    ..Delta::default()
                 },
             }
         }

@@ -25,6 +25,9 @@ impl Replica {
 
     /// Notes what another replica has seen, and forgets removals that all have seen.
     pub fn acknowledge(&mut self, sender: u64, seen: &Vector) {
+        if seen.is_empty() && self.others.contains_key(&sender) {
+            return self.sweep();
+        }
         // Removals are of writers that are known here: messages about others need no memory.
         let known = seen.iter().filter(|(w, _)| self.seen.contains_key(w));
         let seen: Vector = known.map(|(w, upto)| (*w, *upto)).collect();
@@ -54,6 +57,9 @@ impl Replica {
 
     /// Forgets removals that all have seen, and more if there are too many.
     pub(super) fn sweep(&mut self) {
+        if self.tombstones.is_empty() {
+            return;
+        }
         // The last tombstone of a writer that all have seen.
         let upto = |writer: u64| {
             let others = self.others.values().chain([&self.seen]);

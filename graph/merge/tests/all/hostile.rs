@@ -170,17 +170,17 @@ fn a_replica_makes_nothing_that_others_refuse() {
     // A change is refused whole, also if only its last part is wrong.
     let one = Value::from(1_i64);
     let value = |name: &'static str| (node, name, Some(&one));
-    assert_eq!(replica.check_change([], [value("x1"), value("x2")]), Ok(()));
-    let check = replica.check_change([], [value("x1"), value("more")]);
+    assert_eq!(replica.check_own([], [value("x1"), value("x2")]), Ok(()));
+    let check = replica.check_own([], [value("x1"), value("more")]);
     assert_eq!(check, Err(Error::TooManyAttributes(4096)));
-    let check = replica.check_change([], [value("x1"), value("a\nb")]);
+    let check = replica.check_own([], [value("x1"), value("a\nb")]);
     assert_eq!(check, Err(Error::Name(1)));
-    let check = replica.check_change(["thing"], []);
+    let check = replica.check_own(["thing"], []);
     assert_eq!(check, Err(Error::TooManyElements(3)));
     let names: Vec<String> = (0..4097).map(|at| format!("x{at}")).collect();
     let of = Id::new(1, 9_000);
     let many = names.iter().map(|name| (of, name.as_str(), Some(&one)));
-    let check = replica.check_change([], many);
+    let check = replica.check_own([], many);
     assert_eq!(check, Err(Error::TooManyAttributes(4096)));
     let mut other = Replica::new(2, []);
     let all = replica.delta_since(other.seen());
