@@ -41,7 +41,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The tests of real robots, with 1,000 states of each of 13 of them beside Pinocchio and `MuJoCo`, 10,000 poses of each of four arms,
+/// The tests of real robots, with 1,000 states of each of 13 of them beside Pinocchio and of 12 or more beside `MuJoCo`, 10,000 poses of each of four arms,
 /// 1,000 poses out of reach of two of them beside scipy, 10,000 steps of a linkage and of two arms with a bar, and a million cycles of 1 kHz. Each has a limit.
 pub(crate) fn soak() -> Result<(), Failure> {
     let tests: [LongTest; 8] = [

@@ -70,7 +70,8 @@ fn real_robots_move_as_those_of_mujoco() {
     ) else {
         return;
     };
-    let (files, count) = files_of(files, &["cmeel.prefix/share/example-robot-data/robots"]);
+    let folder = "cmeel.prefix/share/example-robot-data/robots";
+    let (files, count) = files_of(files, &[folder], 2);
     let mut cases = Vec::new();
     for path in &files {
         let mut sources = SourceMap::new();
@@ -81,7 +82,7 @@ fn real_robots_move_as_those_of_mujoco() {
             cases.push(Case { robot, source });
         }
     }
-    let least = if count.is_some() { 6 } else { 30 };
+    let least = if count.is_some() { 12 } else { 30 };
     let mut random = fastrand::Rng::with_seed(6);
     let refused = mujoco::compare(python, &cases, count.unwrap_or(2), &mut random);
     for (case, reason) in cases.iter().zip(&refused) {
@@ -91,8 +92,8 @@ fn real_robots_move_as_those_of_mujoco() {
     assert!(compared >= least, "{compared} of {}", cases.len());
 }
 
-/// The files of robots below folders of packages, and how many states each has. With `KINEMATICS_STATES`, they are each fifth one.
-fn files_of(python: &Path, folders: &[&str]) -> (Vec<PathBuf>, Option<usize>) {
+/// The files of robots below folders of packages, and how many states each has. With `KINEMATICS_STATES`, they are one of so many.
+fn files_of(python: &Path, folders: &[&str], share: usize) -> (Vec<PathBuf>, Option<usize>) {
     let program = "import sysconfig; print(sysconfig.get_path('purelib'))";
     let output = Command::new(python).args(["-c", program]).output();
     let output = String::from_utf8(output.expect("python").stdout).expect("a text");
@@ -104,14 +105,14 @@ fn files_of(python: &Path, folders: &[&str]) -> (Vec<PathBuf>, Option<usize>) {
     files.retain(|path| !path.iter().any(|part| part == "random_urdfs"));
     let count = std::env::var("KINEMATICS_STATES").map(|text| text.parse().expect("a number"));
     if count.is_ok() {
-        files = files.into_iter().step_by(5).collect();
+        files = files.into_iter().step_by(share).collect();
     }
     (files, count.ok())
 }
 
 /// Compares the robots below folders of packages, which are at least `least`.
 fn robots_move_as_those_of_pinocchio(python: &Path, folders: &[&str], least: usize) {
-    let (files, count) = files_of(python, folders);
+    let (files, count) = files_of(python, folders, 5);
     assert!(count.is_some() || files.len() > least, "{}", files.len());
     let (mut cases, mut wrong) = (Vec::new(), Vec::new());
     for path in &files {
