@@ -1,12 +1,13 @@
 //! Messages as bytes: the structures of `World.idsl`, encoded as CDR.
 
 use crate::content::{Content, DigestOf, Topic};
-use crate::streams::Sample;
 use graph_merge::{Change, Delta, Record, Vector};
-use property_graph::{Id, Time, Value};
+use property_graph::{Time, Value};
 use rc_middleware::{Cdr, DecodeError, Reader, Writer, cdr_struct};
+use samples::{put_samples, samples};
 use steps::{put_steps, records};
 
+mod samples;
 mod steps;
 
 #[derive(Clone, Debug, Default)]
@@ -25,25 +26,6 @@ struct WireValue {
     bytes: Vec<u8>,
 }
 cdr_struct!(WireValue: kind, ints, floats, texts, bytes);
-
-#[derive(Clone, Debug, Default)]
-struct StreamValue {
-    of: Key,
-    name: String,
-    count: u64,
-    writer: u64,
-    value: WireValue,
-}
-cdr_struct!(StreamValue: of, name, count, writer, value);
-
-#[derive(Clone, Debug, Default)]
-struct Samples {
-    schema: u64,
-    sender: u64,
-    time: i64,
-    values: Vec<StreamValue>,
-}
-cdr_struct!(Samples: schema, sender, time, values);
 
 #[derive(Clone, Debug, Default)]
 struct Digest {
@@ -80,19 +62,6 @@ struct Chunk {
     bytes: Vec<u8>,
 }
 cdr_struct!(Chunk: sender, to, number, at, count, bytes);
-
-fn key(id: Id) -> Key {
-    Key {
-        writer: id.writer(),
-        count: id.count(),
-    }
-}
-
-impl Key {
-    fn id(&self) -> Id {
-        Id::new(self.writer, self.count)
-    }
-}
 
 fn keys(vector: &Vector) -> Vec<Key> {
     let all = vector.iter();
@@ -232,12 +201,12 @@ pub(crate) fn encode(message: &Content, writer: &mut Writer<'_>) {
             sender,
             time,
             samples,
-        } => writer.put(&Samples {
-            schema: *schema,
-            sender: *sender,
-            time: nanos(*time),
-            values: samples.iter().map(stream_value).collect(),
-        }),
+        } => {
+            writer.put(schema);
+            writer.put(sender);
+            writer.put(&nanos(*time));
+            put_samples(writer, samples);
+        }
         Content::Digest(digest) => writer.put(&Digest {
             schema: digest.schema,
             sender: digest.sender,
@@ -283,16 +252,6 @@ pub(crate) fn encode(message: &Content, writer: &mut Writer<'_>) {
     }
 }
 
-fn stream_value(sample: &Sample) -> StreamValue {
-    StreamValue {
-        of: key(sample.of),
-        name: sample.name.clone(),
-        count: sample.count,
-        writer: sample.writer,
-        value: content(Some(&sample.value)),
-    }
-}
-
 pub(crate) fn decode(topic: Topic, reader: &mut Reader<'_>) -> Result<Content, DecodeError> {
     Ok(match topic {
         Topic::Change => {
@@ -311,25 +270,14 @@ pub(crate) fn decode(topic: Topic, reader: &mut Reader<'_>) -> Result<Content, D
             }
         }
         Topic::Samples => {
-            let samples: Samples = reader.get()?;
-            let values = samples.values.into_iter().filter_map(|own| {
-                let value = match value(own.value) {
-                    Ok(value) => value?,
-                    Err(error) => return Some(Err(error)),
-                };
-                Some(Ok(Sample {
-                    of: own.of.id(),
-                    name: own.name,
-                    count: own.count,
-                    writer: own.writer,
-                    value,
-                }))
-            });
+            let schema = reader.get()?;
+            let sender = reader.get()?;
+            let made: i64 = reader.get()?;
             Content::Samples {
-                schema: samples.schema,
-                sender: samples.sender,
-                time: time(samples.time),
-                samples: values.collect::<Result<_, _>>()?,
+                schema,
+                sender,
+                time: time(made),
+                samples: samples(reader)?,
             }
         }
         Topic::Digest => {

@@ -52,7 +52,7 @@ fn put_step(writer: &mut Writer<'_>, record: &Record) {
 
 /// Writes a value as [`content`] has it, the usual ones without a copy: one list has a value, and the
 /// lengths of the others are zero.
-fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
+pub(super) fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
     match value {
         None => {
             writer.put(&0_u8);
@@ -85,13 +85,13 @@ fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
 }
 
 /// The bytes of a text, in the memory of the message.
-fn text_bytes<'b>(reader: &mut Reader<'b>) -> Result<&'b [u8], DecodeError> {
+pub(super) fn text_bytes<'b>(reader: &mut Reader<'b>) -> Result<&'b [u8], DecodeError> {
     let length = reader.length()?;
     let text = reader.raw(length)?.strip_suffix(&[0]);
     text.ok_or(DecodeError::BadString)
 }
 
-fn text(text: &[u8]) -> Result<&str, DecodeError> {
+pub(super) fn text(text: &[u8]) -> Result<&str, DecodeError> {
     if text.contains(&0) {
         return Err(DecodeError::BadString);
     }
@@ -172,7 +172,7 @@ fn skip_empty<const BYTES: usize>(reader: &mut Reader<'_>) -> bool {
 }
 
 /// Reads a value as [`content`] has it, the usual ones without lists.
-fn read_value(reader: &mut Reader<'_>) -> Result<Option<Value>, DecodeError> {
+pub(super) fn read_value(reader: &mut Reader<'_>) -> Result<Option<Value>, DecodeError> {
     let kind: u8 = reader.get()?;
     let count = reader.length()?;
     if (kind, count) == (0, 0) && skip_empty::<12>(reader) {
