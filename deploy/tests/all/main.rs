@@ -5,6 +5,7 @@ mod bench;
 mod boot;
 mod command_line;
 mod commands;
+mod cross;
 mod descriptors;
 mod doctor;
 mod events;

@@ -10,6 +10,7 @@ mod convert;
 mod counts;
 mod cpp;
 mod cpp_bench;
+mod cross;
 mod dds;
 mod deny;
 mod deploy;
@@ -67,6 +68,7 @@ fn main() -> ExitCode {
         ["bench", "counts", "--smoke"] => counts::run(true).map_err(|e| e.to_string()),
         ["bench", "world"] => world::bench(false).map_err(|e| e.to_string()),
         ["bench", "world", "--smoke"] => world::bench(true).map_err(|e| e.to_string()),
+        ["soak", "cross"] => cross::soak().map_err(|e| e.to_string()),
         ["soak", "boot"] => boot::soak().map_err(|e| e.to_string()),
         ["soak", "restarts"] => restarts::soak().map_err(|e| e.to_string()),
         ["soak", "cpp"] => cpp::soak().map_err(|e| e.to_string()),
@@ -168,7 +170,7 @@ fn main() -> ExitCode {
         ["bench", "parameters"] => bench::parameters().map_err(|e| e.to_string()),
         _ => {
             eprintln!(
-                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | cpp [--smoke] | editor [--smoke] | fresh [--smoke] | generator | kinematics | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [boot | chains | cpp | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [components] [--smoke]"
+                "usage: cargo xtask bench [latencies | --repeat RUNS --every MINUTES | counts [--smoke] | convert [--smoke] | cpp [--smoke] | editor [--smoke] | fresh [--smoke] | generator | kinematics | languages | machine | observe [--smoke] | parameters | place [--smoke] | python [--smoke] | record [exact] [--smoke] | time [--smoke] | wake [--smoke] | world [--smoke] | ice | dds [--smoke] | ros2 [--smoke] | rclpy [--smoke] | deploy [deaths | --smoke] | --smoke] | soak [boot | chains | cpp | cross | dds | editor | graph | kinematics | restarts | ros2 | rclpy | replay | world] [SECONDS | --smoke] | chaos [--kills N | --minutes N | --seconds N] [--seed S] [--smoke] | deny [--smoke] | experiment [components] [--smoke]"
             );
             return ExitCode::from(2);
         }
