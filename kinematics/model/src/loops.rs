@@ -34,8 +34,8 @@ fn lean<T: Real>(axis: [f64; 3], rotation: &Matrix<T>) -> [T; 3] {
     let axis = vector(axis);
     let other = turned(rotation, axis);
     let both = sum(axis, other);
-    // Twice the cosine of half the angle.
-    let size = (vectors::dot(both, both) + T::constant(1e-30)).root();
+    // Twice the cosine of half the angle. The constant keeps 0 from 0 / 0, and is small beside the rounding of half a turn.
+    let size = (vectors::dot(both, both) + T::constant(1e-60)).root();
     scaled(cross(axis, other), T::constant(2.0) / size)
 }
 

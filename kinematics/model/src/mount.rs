@@ -87,10 +87,15 @@ impl Held {
 
 /// The axes x and y after the shortest turn that brings z to this axis of length 1.
 pub(crate) fn across([x, y, z]: [f64; 3]) -> [[f64; 3]; 2] {
-    if z < -1.0 + 1e-12 {
+    // 1 + z has few digits near -1.
+    let flat = x * x + y * y;
+    let by = if z > 0.0 {
+        1.0 / (1.0 + z)
+    } else if flat > 1e-200 {
+        (1.0 - z) / flat
+    } else {
         return [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
-    }
-    let by = 1.0 / (1.0 + z);
+    };
     [
         [1.0 - x * x * by, -x * y * by, -x],
         [-x * y * by, 1.0 - y * y * by, -y],
@@ -247,5 +252,41 @@ impl Robot {
             own.frames = own.frames.map(|at| places[at]);
         }
         self.bodies = sorted;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::across;
+
+    /// Also where almost half a turn brings z there.
+    #[test]
+    fn axes_across_have_length_1_and_right_angles() {
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        for lean in [
+            0.0, 1e-120, 1e-9, 3e-7, 1e-5, 1e-3, 0.5, 1.2, 1.57, 1.6, 3.0,
+        ] {
+            for around in [0.0_f64, 0.7, 3.0, 4.5] {
+                for sense in [1.0, -1.0] {
+                    let (sine, cosine) = f64::sin_cos(lean);
+                    let axis = [sine * around.cos(), sine * around.sin(), sense * cosine];
+                    let [x, y] = across(axis);
+                    let all = [
+                        (axis, x, 0.0),
+                        (axis, y, 0.0),
+                        (x, y, 0.0),
+                        (x, x, 1.0),
+                        (y, y, 1.0),
+                    ];
+                    for (one, other, wanted) in all {
+                        let found = dot(one, other);
+                        assert!(
+                            (found - wanted).abs() < 2e-15,
+                            "{axis:?} {x:?} {y:?}: {found}"
+                        );
+                    }
+                }
+            }
+        }
     }
 }

@@ -302,7 +302,7 @@ impl Resolver<'_> {
         let order = "For each loop, the way from its first frame to its second one along the axes of the first one";
         let hinges = self.loops.iter().filter(|own| own.rows() == 5).count();
         let rest = if hinges > 0 {
-            " Loops that a joint closes have two rows across its axis, and none along or about it."
+            " Of the turn of a loop with `revolute`, and of the way of one with `prismatic`, there are two rows: along axes across that of the joint."
         } else {
             ""
         };

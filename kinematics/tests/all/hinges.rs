@@ -301,6 +301,35 @@ fn a_set_may_have_a_loop() {
     assert!(found.contains("no joint connects the links"), "{found}");
 }
 
+/// Axes that point against each other are not one, in a plane neither: there, rounding alone says about what the frames turn.
+#[test]
+fn half_a_turn_across_an_axis_is_an_error_of_a_loop() {
+    for (roll, wanted) in [
+        ("3.141592653589793", 2.0),
+        ("3.0", 2.0 * f64::sin(1.5)),
+        ("0.001", 2.0 * f64::sin(0.0005)),
+    ] {
+        let bar = |joint: &str, link: &str| {
+            format!(
+                "<link name=\"{link}\"/><joint name=\"{joint}\" type=\"continuous\"><parent link=\"ground\"/><child link=\"{link}\"/>\
+                <axis xyz=\"0 0 1\"/></joint>"
+            )
+        };
+        let urdf = format!(
+            "<robot name=\"bars\"><link name=\"ground\"/>{}{}<link name=\"end\"/><joint name=\"turned\" type=\"fixed\">\
+            <parent link=\"two\"/><child link=\"end\"/><origin rpy=\"{roll} 0 0\"/></joint></robot>",
+            bar("first", "one"),
+            bar("second", "two")
+        );
+        let text = "import \"bars.urdf\"; Kinematics c { loop l { one = end; revolute 0, 0, 1; }; solver keep { loop_errors; }; };";
+        let bars = cell(text, &[("bars.urdf", &urdf)]);
+        let state = State::still(vec![0.4, -0.3]);
+        let errors = output(&bars.solvers[0], "loop_errors", &state, &[0.0; 2]);
+        near(&errors[..3], &[0.0; 3], 1e-15);
+        near(&[errors[3].hypot(errors[4])], &[wanted], 1e-12);
+    }
+}
+
 #[test]
 fn wrong_joints_of_loops_are_told() {
     let text = |joint: &str| {
@@ -365,6 +394,8 @@ pub(crate) fn keep_a_bar((arm, root): (&str, &str), steps: usize) {
         state.positions = output(&cell.solvers[0], "closed_positions", &state, &still);
         state.velocities = output(&cell.solvers[1], "closed_velocities", &state, &still);
         let errors = output(&cell.solvers[0], "loop_errors", &state, &still);
+        // The greatest of numbers ignores those that are none.
+        assert!(errors.iter().all(|error| error.is_finite()), "{errors:?}");
         worst = errors
             .iter()
             .fold(worst, |most, error| most.max(error.abs()));
