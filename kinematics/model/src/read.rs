@@ -97,7 +97,7 @@ fn bodies(urdf: &mut Reader<'_>, top: Xml<'_, '_>, structure: &Structure<'_>, ro
             robot.coordinates.push(name);
         }
     }
-    robot.transmissions = transmission::read(urdf, &structure.others, &robot.coordinates);
+    robot.transmissions = transmission::read(urdf, &structure.others, &coordinates);
     let mut rest: Vec<(&str, Option<(usize, &Edge<'_>)>)> = vec![(root, None)];
     while let Some((name, edge)) = rest.pop() {
         let Some(xml) = structure.links.get(name) else {

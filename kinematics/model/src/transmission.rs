@@ -8,14 +8,17 @@ use crate::robot::Transmission;
 use rc_diagnostics::{Diagnostic, Span};
 use rc_urdf::{Reader, child};
 use roxmltree::Node as Xml;
+use std::collections::{BTreeMap, HashMap};
 
 /// The transmissions among these elements of a robot with these coordinates.
 pub(crate) fn read(
     urdf: &mut Reader<'_>,
     elements: &[Xml<'_, '_>],
-    coordinates: &[String],
+    coordinates: &BTreeMap<String, usize>,
 ) -> Vec<Transmission> {
     let mut read: Vec<Transmission> = Vec::new();
+    // The places in it by coordinates.
+    let mut known: HashMap<usize, usize> = HashMap::new();
     let mut left: Vec<(Span, String)> = Vec::new();
     for element in elements {
         let inside = element.children();
@@ -25,17 +28,20 @@ pub(crate) fn read(
                 continue;
             }
             let found = one(urdf, xml, coordinates).and_then(|own| {
-                let has_joint = |other: &&Transmission| other.coordinate == own.coordinate;
-                match read.iter().find(has_joint) {
+                let (joint, own) = own;
+                match known.get(&own.coordinate) {
                     None => Ok(own),
                     Some(other) => Err(format!(
-                        "the joint `{}` has the transmission `{}` already",
-                        coordinates[own.coordinate], other.name
+                        "the joint `{joint}` has the transmission `{}` already",
+                        read[*other].name
                     )),
                 }
             });
             match found {
-                Ok(own) => read.push(own),
+                Ok(own) => {
+                    known.insert(own.coordinate, read.len());
+                    read.push(own);
+                }
                 Err(why) => left.push((urdf.text.tag(xml), why)),
             }
         }
@@ -55,12 +61,12 @@ pub(crate) fn read(
     read
 }
 
-/// A transmission, or why it is none of one joint.
+/// A transmission with the name of its joint, or why it is none of one joint.
 fn one(
     urdf: &Reader<'_>,
     xml: Xml<'_, '_>,
-    coordinates: &[String],
-) -> Result<Transmission, String> {
+    coordinates: &BTreeMap<String, usize>,
+) -> Result<(String, Transmission), String> {
     let words = |xml: Xml<'_, '_>, tag: &str| {
         let text = child(xml, tag).and_then(|inside| inside.text());
         text.map(|text| text.trim().to_owned())
@@ -68,7 +74,7 @@ fn one(
     let name = |xml: Xml<'_, '_>| urdf.text.attribute(xml, "name").map(|name| name.text);
     let kind = words(xml, "type").or_else(|| words(xml, "plugin"));
     let kind = kind.or_else(|| Some(urdf.text.attribute(xml, "type")?.text));
-    let kind = kind.unwrap_or_default();
+    let kind = kind.ok_or_else(|| "it has no type".to_owned())?;
     if kind.rsplit('/').next() != Some("SimpleTransmission") {
         return Err(format!("its type is `{kind}`, not `SimpleTransmission`"));
     }
@@ -82,35 +88,38 @@ fn one(
     };
     let (joint, actuator) = (part("joint")?, part("actuator")?);
     let joint_name = name(joint).unwrap_or_default();
-    let coordinate = coordinates.iter().position(|own| *own == joint_name);
+    let coordinate = coordinates.get(&joint_name).copied();
     let coordinate = coordinate.ok_or_else(|| {
         format!("there is no joint `{joint_name}` of one coordinate that moves on its own")
     })?;
-    let number = |places: &[Xml<'_, '_>], tags: &[&str], other: f64| {
-        let mut texts = places
-            .iter()
-            .flat_map(|place| tags.iter().filter_map(|tag| words(*place, tag)));
+    let number = |places: &[(Xml<'_, '_>, &str)], other: f64| {
+        let mut texts = places.iter().filter_map(|(place, tag)| words(*place, tag));
         let Some(text) = texts.next() else {
             return Ok(other);
         };
         let value = text.parse().ok().filter(|value: &f64| value.is_finite());
         value.ok_or_else(|| format!("expected a number, found `{text}`"))
     };
-    let reduction = number(
-        &[actuator, joint, xml],
-        &["mechanicalReduction", "mechanical_reduction"],
-        1.0,
-    )?;
-    let offset = number(&[joint], &["offset"], 0.0)?;
+    // ros_control has it in the actuator, the PR2 in the transmission, and ros2_control in the joint, whatever the actuator says.
+    let places = [
+        (actuator, "mechanicalReduction"),
+        (joint, "mechanicalReduction"),
+        (xml, "mechanicalReduction"),
+        (joint, "mechanical_reduction"),
+        (actuator, "mechanical_reduction"),
+    ];
+    let reduction = number(&places, 1.0)?;
+    let offset = number(&[(joint, "offset")], 0.0)?;
     let is_usual = |value: f64| (1e-9..=1e9).contains(&value.abs());
     if !is_usual(reduction) || offset.abs() > 1e9 {
         return Err(format!("its reduction is {reduction}, its offset {offset}"));
     }
-    Ok(Transmission {
+    let own = Transmission {
         name: name(xml).unwrap_or_else(|| joint_name.clone()),
         actuator: name(actuator).unwrap_or_else(|| joint_name.clone()),
         coordinate,
         reduction,
         offset,
-    })
+    };
+    Ok((joint_name, own))
 }

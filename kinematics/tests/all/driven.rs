@@ -57,7 +57,7 @@ fn actuators_turn_as_their_reductions_say() {
         simple(
             "lift",
             "<mechanical_reduction>400</mechanical_reduction>",
-            ""
+            "<mechanical_reduction>1</mechanical_reduction>"
         )
         .replace("type>", "plugin>")
     );
@@ -148,6 +148,7 @@ fn transmissions_of_other_kinds_are_left_out() {
             simple("ball", "", ""),
             "there is no joint `ball` of one coordinate",
         ),
+        (right.replace("type>", "kind>"), "it has no type"),
         (right.replace("50", "0"), "its reduction is 0, its offset 0"),
         (
             right.replace("50", "fifty"),
@@ -184,6 +185,13 @@ fn transmissions_of_other_kinds_are_left_out() {
         "import \"arm.urdf\"; Kinematics c { solver s { pose tool in a; joint positions; }; };";
     let (_, found) = load(&right, mixed);
     let what = "error[bad-value]: an output of `joint` takes the numbers of actuators";
+    assert!(found.contains(what), "{found}");
+    let (_, found) = load(
+        &right,
+        &TEXT.replace("actuator velocities", "actuator speeds"),
+    );
+    let what =
+        "error[syntax-error]: expected `efforts`, `positions` or `velocities`, found `speeds`";
     assert!(found.contains(what), "{found}");
     let metres = TEXT.replace("solver out", "lengths mm; solver out");
     let (_, found) = load(&right, &metres);
