@@ -72,12 +72,8 @@ fn outputs(solver: &Solver) -> Vec<(&Output, Vec<String>)> {
 
 /// The comment of a solver.
 fn about(solver: &Solver) -> Vec<String> {
-    let work = solver.work();
     let mut lines = solver.doc.clone();
-    lines.push(format!(
-        "{} sums, {} products, {} sines, cosines and roots, in each call.",
-        work.sums, work.products, work.functions
-    ));
+    lines.push(format!("{}, in each call.", solver.work()));
     lines.extend(solver.payloads.iter().map(|payload| payload.doc.clone()));
     lines
 }

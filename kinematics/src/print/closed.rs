@@ -10,10 +10,7 @@ use std::fmt::Write;
 pub(super) fn about(form: &ClosedForm) -> String {
     let work = crate::work::Work::of(&form.positions);
     format!(
-        "Positions have a closed form ({} sums, {} products, {} sines, cosines and roots), where the search begins: {}.",
-        work.sums,
-        work.products,
-        work.functions,
+        "Positions have a closed form ({work}), where the search begins: {}.",
         form.kind.describe()
     )
 }

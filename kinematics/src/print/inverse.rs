@@ -49,20 +49,16 @@ pub(super) const IN_PYTHON: Numbers = Numbers {
 pub(super) fn about(inverse: &Inverse) -> Vec<String> {
     let work = inverse.work();
     let mut lines = inverse.doc.clone();
-    let size = format!(
-        "{} sums, {} products, {} sines, cosines and roots",
-        work.sums, work.products, work.functions
-    );
     if let Question::Pose(search) = &inverse.asked {
         lines.extend(search.closed.as_ref().map(closed::about));
     }
     lines.push(match &inverse.asked {
         Question::Pose(search) => format!(
-            "Each call computes the motion at most {} times: {size}, and the equations of a step.",
+            "Each call computes the motion at most {} times: {work}, and the equations of a step.",
             search.beginnings() * search.iterations + usize::from(search.endless.contains(&true))
         ),
         Question::Velocity(_) => format!(
-            "Each call computes the motion once: {size}; then the equations of at most {} steps.",
+            "Each call computes the motion once: {work}; then the equations of at most {} steps.",
             8 * inverse.joints.len()
         ),
     });

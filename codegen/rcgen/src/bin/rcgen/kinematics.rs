@@ -106,6 +106,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "sums": work.sums,
             "products": work.products,
             "functions": work.functions,
+            "choices": work.choices,
         })
     });
     let inverses = cell.inverses.iter().map(|inverse| {
@@ -131,6 +132,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "sums": work.sums,
             "products": work.products,
             "functions": work.functions,
+            "choices": work.choices,
         })
     });
     let all = json!({
