@@ -26,7 +26,7 @@ const FRAME: &str = "Frame";
 const RT: &str = "RT";
 const POSE: &str = "pose";
 
-/// How often poses are sent at most.
+/// How often poses are sent at most. `rcdeploy plan` says so, too (`codegen/network/src/keeper.rs`).
 const EACH: Duration = Duration::from_millis(20);
 
 /// The longest wait for frames with which the world starts: those of the robot may be among them.
