@@ -91,7 +91,7 @@ pub(super) fn supervisor(service: &Supervised<'_>) -> Export {
     let directory = service.directory.to_string_lossy();
     line("WorkingDirectory", directory.replace('%', "%%"));
     if let Some(user) = service.user {
-        line("User", user.to_owned());
+        line("User", user.replace('%', "%%"));
     }
     // SIGTERM goes to the supervisor, which stops the components in order.
     line("KillMode", "mixed".to_owned());

@@ -29,7 +29,7 @@ struct Manager {
 impl Manager {
     fn of(input: &Input, is_system: bool) -> Result<Self, Failure> {
         if is_system {
-            // Of the file that a link leads to: whoever made the link does not choose the user.
+            // The owner of the target of a link: whoever made the link does not choose the user.
             let owner = input
                 .file
                 .metadata()
@@ -76,11 +76,13 @@ impl Manager {
     /// Lets the user linger, so that the memory of the network stays at a logout, or says how.
     fn linger(&self) {
         let user = self.user.as_ref().map(|(_, number)| *number);
-        let Some((found, fix)) = logout(user).and_then(|logout| logout.ends_service()) else {
+        let Some(logout) = logout(user) else {
             return;
         };
-        let words: Vec<&str> = fix.split(' ').skip(1).collect();
-        if run("loginctl", &words).is_ok() {
+        let Some((found, fix)) = logout.ends_service() else {
+            return;
+        };
+        if run("loginctl", &["enable-linger", logout.user()]).is_ok() {
             print_line(format_args!("{fix}"));
         } else {
             print_note(&format_args!("{found}; prevent it with `sudo {fix}`"));

@@ -4,6 +4,7 @@
 //! processes runs.
 
 use super::{Finding, Machine};
+use rc_vocabulary::shell;
 
 /// What the logout of a user does.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +22,11 @@ pub(crate) struct Logout {
 }
 
 impl Logout {
+    /// The name of the user.
+    pub(crate) fn user(&self) -> &str {
+        &self.user
+    }
+
     /// Whether a process that is started here lives on after the logout only as a scope of the user's
     /// manager.
     pub(crate) fn needs_scope(&self) -> bool {
@@ -66,7 +72,7 @@ impl Logout {
     }
 
     fn fix(&self) -> String {
-        format!("loginctl enable-linger {}", self.user)
+        format!("loginctl enable-linger {}", shell::word(&self.user))
     }
 }
 
@@ -107,8 +113,10 @@ impl Machine<'_> {
         ];
         let manager = (self.variable)("XDG_RUNTIME_DIR")
             .map(|folder| self.path(&folder).join("systemd/private"));
+        // As systemd escapes the name (`cescape`): those of Active Directory are `DOMAIN\name`.
+        let linger = user.replace('\\', r"\\");
         Ok(Logout {
-            lingers: self.path("/var/lib/systemd/linger").join(&user).exists(),
+            lingers: self.path("/var/lib/systemd/linger").join(linger).exists(),
             kills: self.said("busctl", &asked).as_deref() == Some("b true"),
             in_login: groups.is_some_and(|groups| groups.contains(&own)),
             has_manager: manager.is_some_and(|socket| socket.exists()),
@@ -187,16 +195,24 @@ mod tests {
 
     #[test]
     fn a_user_of_another_name_service_lingers_by_name() {
-        let entry = "#!/bin/sh\n[ \"$*\" = 'passwd 4000000' ] && echo 'mia:*:4000000:1:Mia:/home/mia:/bin/sh'\n";
-        let lingers = |more: &[(&str, &str)]| {
-            let files = [&[("bin/getent", entry)], more].concat();
-            logout("false", "", &files)
-                .ends_service()
-                .map(|(_, fix)| fix)
-        };
-        assert_eq!(lingers(&[("var/lib/systemd/linger/mia", "")]), None);
-        let fix = Some("loginctl enable-linger mia".to_owned());
-        assert_eq!(lingers(&[LINGER]), fix);
+        for (name, file, word) in [
+            ("mia", "mia", "mia"),
+            (r"CORP\mia bell", r"CORP\\mia bell", r"'CORP\mia bell'"),
+        ] {
+            let entry = format!(
+                "#!/bin/sh\n[ \"$*\" = 'passwd 4000000' ] && printf '%s\\n' '{name}:*:4000000:1:Mia:/home/mia:/bin/sh'\n"
+            );
+            let lingers = |more: &[(&str, &str)]| {
+                let files = [&[("bin/getent", &*entry)], more].concat();
+                logout("false", "", &files)
+                    .ends_service()
+                    .map(|(_, fix)| fix)
+            };
+            let file = format!("var/lib/systemd/linger/{file}");
+            assert_eq!(lingers(&[(&file, "")]), None);
+            let fix = Some(format!("loginctl enable-linger {word}"));
+            assert_eq!(lingers(&[LINGER]), fix);
+        }
     }
 
     #[test]

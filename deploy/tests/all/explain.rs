@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words in the sources that look like codes and are none.
-const NO_CODES: [&str; 37] = [
+const NO_CODES: [&str; 38] = [
     "a-b",
     "acc-compose",
     "arm-linux-gnueabihf",
@@ -20,6 +20,7 @@ const NO_CODES: [&str; 37] = [
     "default-members",
     "default-run",
     "dev-dependencies",
+    "enable-linger",
     "geom-jacobian",
     "get-property",
     "include-system-site-packages",

@@ -202,21 +202,22 @@ fn this_machine_builds_for_another_processor() {
     );
     assert!(!log.exists());
     let toolchain = format!("{}-linux-gnu", OTHER[1]);
-    for (tool, begins, ends) in [
-        ("configured", "build ", String::new()),
-        ("zig", "zigbuild ", String::new()),
+    script(&site.path("zig/cargo-zigbuild"), "");
+    script(&site.path("gcc/cargo-zigbuild"), "");
+    script(&site.path(&format!("gcc/{toolchain}-gcc")), "");
+    // Of the tools that are there, the configured linker comes first, then gcc.
+    for (tool, path, begins, ends) in [
+        ("configured", "gcc", "build ", String::new()),
+        ("zig", "zig", "zigbuild ", String::new()),
         (
+            "gcc",
             "gcc",
             "build ",
             format!(" --config target.{}.linker=\"{toolchain}-gcc\"", OTHER[2]),
         ),
     ] {
-        script(&site.path("zig/cargo-zigbuild"), "");
-        // Before zig, if both are there.
-        script(&site.path("gcc/cargo-zigbuild"), "");
-        script(&site.path(&format!("gcc/{toolchain}-gcc")), "");
         let configured = if tool == "configured" { "a-linker" } else { "" };
-        let built = run(&build, tool, configured);
+        let built = run(&build, path, configured);
         assert_eq!(built.code, 3, "{built:?}");
         let said = fs::read_to_string(&log).expect("a log");
         let wanted = format!(" --bin simulator --target {}{ends}\n", OTHER[2]);
@@ -226,7 +227,7 @@ fn this_machine_builds_for_another_processor() {
         );
         fs::remove_file(&log).expect("it was there");
 
-        let plan = run(&["plan", "--unbuilt", "--format", "json"], tool, configured);
+        let plan = run(&["plan", "--unbuilt", "--format", "json"], path, configured);
         let plan: serde_json::Value = serde_json::from_str(&plan.stdout).expect("JSON");
         let wanted = serde_json::json!({
             "arch": OTHER[0], "place": "here", "platform": OTHER[2], "linker": tool,
