@@ -368,13 +368,13 @@ mod tests {
             WantedBy=default.target
         "#]]
         .assert_eq(&unit(&service));
-        service.user = Some("pi");
+        service.user = Some(r"CORP\mia%1");
         service.priority = Some(20);
         let system = unit(&service);
         for line in [
             "# The log: `journalctl -u robocomp-patrol.service`.",
             "After=network-online.target",
-            "User=pi",
+            r"User=CORP\mia%%1",
             "LimitRTPRIO=20",
             "WantedBy=multi-user.target",
         ] {
