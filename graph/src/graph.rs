@@ -7,7 +7,6 @@ use crate::edit::Edit;
 use crate::element::Element;
 use crate::error::Error;
 use crate::history::{History, Keep, Moment, Rings};
-use crate::last::LastChange;
 use crate::names::Named;
 use crate::snapshot::Snapshot;
 use crate::tree;
@@ -87,7 +86,7 @@ impl Graph {
         if !edit.kept.is_empty() {
             self.rings().push(&edit);
         }
-        edit.next.last = LastChange::of(&mut edit, &before);
+        edit.note_touched(&before);
         edit.next.settle();
         let next = Arc::new(edit.next);
         self.current.store(Arc::clone(&next));

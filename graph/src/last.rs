@@ -13,8 +13,8 @@ const MOST: usize = 16;
 /// Makes the numbers of versions.
 static NEXT: AtomicU64 = AtomicU64::new(1);
 
-/// The elements that a change has touched. A clone knows nothing: it is the beginning of the next
-/// version.
+/// The elements that a change has touched. A clone is another version with the same content, perhaps the
+/// beginning of the next one.
 #[derive(Debug)]
 pub(crate) struct LastChange {
     /// Number of the version among those of all graphs of this process.
@@ -38,29 +38,25 @@ impl Default for LastChange {
 impl Clone for LastChange {
     fn clone(&self) -> Self {
         Self {
-            number: self.number,
-            before: 0,
-            touched: None,
-        }
-    }
-}
-
-impl LastChange {
-    /// The change of an edit.
-    pub(crate) fn of(edit: &mut Edit, before: &Snapshot) -> Self {
-        let touched = edit.touched_since(before).is_some();
-        Self {
-            before: before.last.number,
-            touched: touched.then(|| std::mem::take(&mut edit.touched)),
+            before: self.number,
             ..Self::default()
         }
     }
 }
 
 impl Edit {
+    /// Notes in the version that it becomes what it has touched.
+    pub(crate) fn note_touched(&mut self, before: &Snapshot) {
+        if self.touched_since(before).is_some() {
+            // Versions are kept; many steps may have touched a few elements.
+            self.touched.shrink_to(MOST);
+            self.next.last.touched = Some(std::mem::take(&mut self.touched));
+        }
+    }
+
     /// The elements that differ from the version before, if only attributes of a few do.
     pub(crate) fn touched_since(&mut self, before: &Snapshot) -> Option<&[Element]> {
-        let is_next = self.next.last.number == before.last.number;
+        let is_next = self.next.last.before == before.last.number;
         if !is_next || !Arc::ptr_eq(&self.next.shape, &before.shape) {
             return None;
         }

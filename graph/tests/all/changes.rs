@@ -394,6 +394,35 @@ fn differences_of_random_versions_are_those_of_all_elements() {
     );
 }
 
+/// A copy of what a change had done before it failed is no version from which the next change goes on.
+#[test]
+fn differences_from_a_change_that_failed() {
+    let graph = graph();
+    let nodes = graph.change(Time::ZERO, |edit| {
+        let mut node = |name: &str| {
+            let node = edit.add_node("Object")?;
+            edit.set(node, "name", name)?;
+            edit.set(node, "mass", 1.0)?;
+            Ok::<_, Error>(node)
+        };
+        Ok::<_, Error>([node("cup")?, node("pot")?])
+    });
+    let [cup, pot] = nodes.expect("two objects");
+    let mut copy = None;
+    let failed = graph.change(Time::ZERO, |edit| {
+        edit.set(cup, "mass", 2.0)?;
+        copy = Some(edit.snapshot().clone());
+        Err::<(), _>(Error::Removed)
+    });
+    assert_eq!(failed, Err(Error::Removed));
+    let changed = graph.change(Time::ZERO, |edit| edit.set(pot, "mass", 3.0));
+    changed.expect("another mass");
+    let (copy, now) = (copy.expect("a copy"), graph.snapshot());
+    let mass = now.symbol("mass").expect("an attribute");
+    let both = [cup, pot].map(|node| Change::Attribute(node.into(), mass));
+    assert_eq!(now.since(&copy), both);
+}
+
 #[test]
 fn differences_the_past_and_forks() {
     let graph = graph();
