@@ -1,6 +1,6 @@
 //! Values of streams as bytes.
 
-use super::steps::{put_value, read_value, text, text_bytes};
+use super::steps::{put_value, read_value};
 use crate::streams::Sample;
 use property_graph::Id;
 use rc_middleware::{DecodeError, Reader, Writer, cdr};
@@ -28,7 +28,7 @@ pub(super) fn samples(reader: &mut Reader<'_>) -> Result<Vec<Sample>, DecodeErro
     let mut samples = Vec::with_capacity(count.min(reader.rest().len() / LEAST_SAMPLE));
     for _ in 0..count {
         let of = Id::new(reader.get()?, reader.get()?);
-        let name = text(text_bytes(reader)?)?.to_owned();
+        let name = reader.text()?.to_owned();
         let (count, writer) = (reader.get()?, reader.get()?);
         if let Some(value) = read_value(reader)? {
             samples.push(Sample {

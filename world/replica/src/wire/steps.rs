@@ -85,13 +85,13 @@ pub(super) fn put_value(writer: &mut Writer<'_>, value: Option<&Value>) {
 }
 
 /// The bytes of a text, in the memory of the message.
-pub(super) fn text_bytes<'b>(reader: &mut Reader<'b>) -> Result<&'b [u8], DecodeError> {
+fn text_bytes<'b>(reader: &mut Reader<'b>) -> Result<&'b [u8], DecodeError> {
     let length = reader.length()?;
     let text = reader.raw(length)?.strip_suffix(&[0]);
     text.ok_or(DecodeError::BadString)
 }
 
-pub(super) fn text(text: &[u8]) -> Result<&str, DecodeError> {
+fn text(text: &[u8]) -> Result<&str, DecodeError> {
     if text.contains(&0) {
         return Err(DecodeError::BadString);
     }
