@@ -105,7 +105,9 @@ fn unknown<'a>(
             );
             return Some((kind, format!("{kind}.{}", of.name), help));
         }
-        let ends_at = |port: &Port| port.min > 0 && network.is_a(kind, &port.entity);
+        // An edge to which others refer needs none of them.
+        let is_node = network.entity(kind).is_some();
+        let ends_at = |port: &Port| is_node && port.min > 0 && network.is_a(kind, &port.entity);
         let mut relations = network.relations.iter();
         let of = relations
             .find(|of| own.relation(&of.name).is_none() && of.ports.iter().any(ends_at))?;

@@ -72,6 +72,12 @@ fn a_part_of_the_schema_fits() {
         "Domain doors { entity door { name string; width float unit \"m\" 0:; }; };",
         Some(&["door"]),
     );
+    // An edge `RT` is a `Pose` to others, and needs no edge `of`.
+    fits(
+        "Domain frames { entity Frame { name string; }; entity Pose { }; relation RT { parent Frame; child Frame; \
+         pose pose history 2s; tree interpolated; promotes Pose; }; };",
+        Some(&["Frame", "RT"]),
+    );
     // A component that adds no door need not know what each has.
     fits(
         "Domain doors { entity door { name string; opened float 0:1 optional; }; };",
