@@ -375,7 +375,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
 
 /// Escapes a text so that Kubernetes replaces no `$(NAME)` in it.
 fn literal(text: &str) -> String {
-    text.replace("$(", "$$(")
+    text.replace('$', "$$")
 }
 
 fn literals(texts: &[String]) -> Yaml {

@@ -517,7 +517,7 @@ fn the_image_holds_what_the_pods_need() {
             let words: Vec<String> = ["command", "args"]
                 .into_iter()
                 .flat_map(words)
-                .map(|word| word.as_str().expect("a text").replace("$$(", "$("))
+                .map(|word| word.as_str().expect("a text").replace("$$", "$"))
                 .collect();
             let program = words
                 .iter()

@@ -311,7 +311,8 @@ pub(super) fn value(
     };
     let expected = declared.kind.text();
     match (&declared.kind, value_of(text)) {
-        (Kind::Ints(_), Some(value @ Value::Ints(_)))
+        (Kind::Text | Kind::Enum(_), Some(value @ Value::Text(_)))
+        | (Kind::Ints(_), Some(value @ Value::Ints(_)))
         | (Kind::Texts, Some(value @ Value::Texts(_)))
         | (Kind::Bytes, Some(value @ Value::Bytes(_)))
         | (Kind::Topic(_), Some(value @ Value::Sample(_))) => return Ok(value),
@@ -357,19 +358,5 @@ pub(super) fn value(
 
 /// The value of a text for an attribute that no schema knows.
 fn guessed(text: &str) -> Value {
-    let text_value = || Value::Text(text.into());
-    match serde_json::from_str(text) {
-        Ok(serde_json::Value::Bool(value)) => Value::Bool(value),
-        Ok(serde_json::Value::Number(number)) => match (number.as_i64(), number.as_f64()) {
-            (Some(value), _) => Value::Int(value),
-            (None, Some(value)) => Value::Float(value),
-            (None, None) => text_value(),
-        },
-        Ok(serde_json::Value::Array(all)) => {
-            let numbers: Option<Vec<f64>> = all.iter().map(serde_json::Value::as_f64).collect();
-            numbers.map_or_else(text_value, |all| Value::Floats(all.into()))
-        }
-        Ok(serde_json::Value::Object(_)) => value_of(text).unwrap_or_else(text_value),
-        _ => text_value(),
-    }
+    value_of(text).unwrap_or_else(|| Value::Text(text.into()))
 }

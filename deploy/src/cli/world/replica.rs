@@ -7,11 +7,9 @@ use crate::cli::messages::{interrupts, is_interrupted};
 use crate::cli::output::{Failure, is_output_closed, print_note, system};
 use graph_language::Schema;
 use rc_diagnostics::foreign::clean;
-use rc_diagnostics::{Format, SourceMap, render};
 use rc_management::component::ClockKind;
 use rc_middleware::{Encoding, Reader, Writer};
 use rc_observe::{FeedId, Network, Observer, Sender, Topic};
-use rc_syntax::MemoryLoader;
 use rc_world::{Message, STATE, STREAM, Setup, Token, World};
 use std::collections::{BTreeMap, BTreeSet};
 use std::os::fd::AsFd;
@@ -108,18 +106,11 @@ fn replicas(network: &Network, topics: &[Topic]) -> BTreeSet<String> {
 
 /// The schema of these files.
 fn schema(files: &[(String, String)]) -> Result<Schema, Failure> {
-    let Some((name, text)) = files.first() else {
+    if files.is_empty() {
         return Ok(Schema::anything());
-    };
-    let mut sources = SourceMap::new();
-    let source = sources.add(name, text.as_str());
-    let texts = files.iter().map(|(name, text)| (&**name, &**text));
-    let loader = MemoryLoader::new(texts);
-    let (schema, found) = graph_language::load(&mut sources, &loader, source);
-    schema.filter(|_| !found.has_errors()).ok_or_else(|| {
-        let found = render(&sources, &found, Format::Short);
-        Failure(3, format!("the schema of a component is wrong: {found}"))
-    })
+    }
+    graph_language::of_texts(files)
+        .map_err(|found| Failure(3, format!("the schema of a component is wrong: {found}")))
 }
 
 impl Listener {

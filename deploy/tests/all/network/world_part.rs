@@ -90,6 +90,7 @@ fn components_with_a_part_of_the_schema_share_the_whole_world() {
         ),
         ("north.mask", r#"{"bytes": "AQID"}"#),
         ("north.tags", r#"{"strings": []}"#),
+        ("front.colour", r#""dark \"red\"""#),
         ("north.tags", r#"["a", "b"]"#),
     ] {
         run(&["set", network, &format!("{attribute}={value}")]);
