@@ -150,7 +150,7 @@ class DSRGraph:
             raise ValueError(f'the network has the file: `World g {{ …; start "{dsr_input_file}"; }};`')
         world = root if isinstance(root, World) else getattr(_OF_THREAD, "world", None)
         if world is None:
-            raise RuntimeError("the component of this thread has no world: add `options dsr;` to its .cdsl")
+            raise RuntimeError("this thread runs no component with a world (`options dsr;` in its .cdsl): use `DSRGraph(ctx.g)`")
         self._world: World[Any, Any] = world
 
     def get_agent_id(self) -> int:
@@ -345,14 +345,11 @@ class DSRGraph:
         steps += [("set", of, name, value) for name, value in pose]
         return self._make(steps)
 
-
     def write_to_json_file(self, file: str | Path, skip_atts: Iterable[str] = ()) -> None:
         """Writes the present version as a file of DSR, without these attributes. The log says what such a file does
         not have. Raises `OSError` if it cannot be written."""
-        text, lost = self._now()._now.dsr(list(skip_atts))
-        for line in lost:
-            logging.getLogger("robocomp").warning(f"{file}: {line}")
-        Path(file).write_text(text, encoding="utf-8")
+        for lost in self._now()._now.write_dsr(Path(file), list(skip_atts)):
+            logging.getLogger("robocomp").warning(f"{file}: {lost}")
 
 
 class rt_api:  # noqa: N801

@@ -273,12 +273,12 @@ impl Snapshot {
         self.table(py, found.map_err(|error| refused(&error))?)
     }
 
-    /// The text of a file of DSR, without these attributes, and what it does not have.
+    /// Writes a file of DSR, without these attributes. Returns what such a file does not have.
     #[expect(
         clippy::needless_pass_by_value,
         reason = "a list in Python is not a slice"
     )]
-    fn dsr(&self, skip: Vec<String>) -> (String, Vec<String>) {
+    fn write_dsr(&self, file: PathBuf, skip: Vec<String>) -> PyResult<Vec<String>> {
         let mut document = Document::of(&self.now);
         let nodes = document.nodes.iter_mut().map(|node| &mut node.attributes);
         let edges = document.edges.iter_mut().map(|edge| &mut edge.attributes);
@@ -286,7 +286,9 @@ impl Snapshot {
             // The name of a node is none of its attributes in DSR.
             attributes.retain(|(name, ..)| name == "name" || !skip.contains(name));
         }
-        dsr::write(&document)
+        let (text, lost) = dsr::write(&document);
+        rc_files::write(&file, text)?;
+        Ok(lost)
     }
 
     /// The names of the queries of the schema.

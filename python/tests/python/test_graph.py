@@ -516,7 +516,7 @@ class Agents(unittest.TestCase):
         elsewhere = []
 
         def without_world() -> None:
-            with self.assertRaisesRegex(RuntimeError, "no world"):
+            with self.assertRaisesRegex(RuntimeError, "no component with a world"):
                 dsr.DSRGraph(0, "a", 1)
             elsewhere.append(True)
 
