@@ -145,7 +145,7 @@ fn a_library_is_compiled_as_in_the_whole_workspace() {
                 for dependency in &unit.dependencies {
                     if !there.contains(&own_numbers[dependency.index]) {
                         let wanted = &own.units[dependency.index];
-                        other.push(format!("        which has not {wanted}"));
+                        other.push(format!("        without {wanted}"));
                     }
                 }
             }
