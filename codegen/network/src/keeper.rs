@@ -2,6 +2,8 @@
 
 use rc_cdsl::model::Role;
 use rc_codegen::{Project, paths};
+use rc_configuration::Values;
+use rc_configuration::model::Value;
 use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
@@ -23,6 +25,13 @@ pub(crate) fn shares_any(project: &Project) -> bool {
             let interface = component.library.interface_path(slot.interface);
             slot.role == Role::Publishes && interface == WORLD_SLOTS[0].type_name
         })
+}
+
+/// Whether a component that shares any world takes part in that of its network, with these parameters.
+pub(crate) fn takes_part(project: &Project, values: Option<&Values>) -> bool {
+    let is_robot = project.component.name.text == KINEMATICS;
+    let publishes = values.and_then(|values| values.value("publish_frames"));
+    shares_any(project) && !(is_robot && publishes == Some(&Value::Bool(false)))
 }
 
 /// What a component sets in the world of any network, as a clause `world` would say it: such components have none, and limit

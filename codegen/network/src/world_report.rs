@@ -47,11 +47,13 @@ impl WorldReport {
         let instances = network.deployment.instances.iter();
         let members = instances
             .zip(&network.projects)
-            .filter_map(|(instance, project)| {
+            .zip(&network.parameters)
+            .filter_map(|((instance, project), parameters)| {
                 let project = project.as_ref()?;
                 let Some(clause) = project.component.world.as_ref() else {
                     let writes = keeper::written(project);
-                    return keeper::shares_any(project).then(|| WorldMember {
+                    let values = parameters.values.as_ref();
+                    return keeper::takes_part(project, values).then(|| WorldMember {
                         component: instance.path.clone(),
                         name: world.name.text.clone(),
                         reads: writes.as_ref().map(|_| Vec::new()),

@@ -191,6 +191,19 @@ fn frames_of_a_robot_are_in_the_world_of_its_network() {
     ] {
         assert!(plan.stdout.contains(line), "{plan:?}");
     }
+    let unsaid = [
+        "plan",
+        "--profile",
+        "dev",
+        "--set",
+        "kinematics.publish_frames=false",
+    ];
+    let plan = site.rcdeploy(&unsaid, true);
+    assert!(
+        plan.stdout.contains("writes and reads everything"),
+        "{plan:?}"
+    );
+    assert!(!plan.stdout.contains("writes Frame"), "{plan:?}");
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let tool = |words: &[&str]| site.rcdeploy(words, false);
