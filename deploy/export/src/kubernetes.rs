@@ -373,7 +373,7 @@ fn main(source: &Source<'_>, part: &Part<'_>) -> Map {
     out
 }
 
-/// Escapes a text so that Kubernetes replaces no `$(NAME)` in it.
+/// Escapes a text so that Kubernetes replaces no `$(NAME)` in it. It makes one `$` of two.
 fn literal(text: &str) -> String {
     text.replace('$', "$$")
 }
