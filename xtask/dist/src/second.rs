@@ -19,7 +19,7 @@ pub(crate) fn compare(
         .tempdir_in(&build.target)
         .map_err(named(&build.target))?;
     let root = folder.path().join("sources");
-    copy(build, &root)?;
+    copy(&build.root, &root)?;
     println!("compiles a second time, in {}", root.display());
     let again = folder.path().join("packages");
     std::fs::create_dir(&again).map_err(named(&again))?;
@@ -41,8 +41,9 @@ pub(crate) fn compare(
     ))
 }
 
-/// Copies the sources, without what git ignores.
-fn copy(build: &Build, root: &Path) -> Result<(), String> {
+/// Copies the sources, without what git ignores. The copy is of the same commit, which cargo notes in the
+/// packages of crates.
+fn copy(from: &Path, root: &Path) -> Result<(), String> {
     std::fs::create_dir(root).map_err(named(root))?;
     let git = |words: &[&str], work: &Path| {
         let mut git = Command::new("git");
@@ -51,7 +52,13 @@ fn copy(build: &Build, root: &Path) -> Result<(), String> {
         output(git.current_dir(work)).map(drop)
     };
     git(&["init", "--quiet"], root)?;
-    git(&["add", "--all"], &build.root)?;
+    if from.join(".git").exists() {
+        let repository = from.to_string_lossy();
+        let fetch = ["fetch", "--quiet", "--depth=1", "--no-tags", "--"];
+        git(&[&fetch[..], &[&*repository, "HEAD"]].concat(), root)?;
+        git(&["update-ref", "HEAD", "FETCH_HEAD"], root)?;
+    }
+    git(&["add", "--all"], from)?;
     git(&["checkout-index", "--all"], root)
 }
 
@@ -82,6 +89,39 @@ fn different(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_copy_is_of_the_same_commit_with_the_same_changes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        let git = |words: &[&str], work: &str| {
+            let mut git = Command::new("git");
+            git.args(["-c", "user.name=Mia", "-c", "user.email=mia@example.org"]);
+            output(git.args(words).current_dir(path(work))).expect("git")
+        };
+        std::fs::create_dir(path("one")).expect("a folder");
+        let write = |name: &str, text: &str| {
+            std::fs::write(path("one").join(name), text).expect("written");
+        };
+        // Sources of an archive have no commit.
+        write("a", "1");
+        copy(&path("one"), &path("archive")).expect("a copy");
+        assert!(path("archive/a").is_file());
+        git(&["init", "--quiet"], "one");
+        git(&["add", "--all"], "one");
+        git(&["commit", "--quiet", "--message=a"], "one");
+        for (changed, name) in [("", "same"), ("?? b\n", "changed")] {
+            if !changed.is_empty() {
+                write("b", "2");
+            }
+            copy(&path("one"), &path(name)).expect("a copy");
+            assert_eq!(git(&["status", "--porcelain"], "one"), changed);
+            let copied = git(&["status", "--porcelain"], name);
+            assert_eq!(copied.is_empty(), changed.is_empty(), "{copied}");
+            let commit = |of: &str| git(&["rev-parse", "HEAD"], of);
+            assert_eq!(commit("one"), commit(name));
+        }
+    }
 
     #[test]
     fn packages_that_differ_are_named() {
