@@ -35,6 +35,13 @@ fn a_probe_distinguishes_ready_stopped_and_absent() {
     assert_eq!(probe(&["--name", "other"]).code, 3);
 
     kill_process(running.pid(), Signal::STOP).expect("it is ours");
+    // A thread that runs at this moment may still answer.
+    let stat = format!("/proc/{}/stat", running.pid().as_raw_nonzero());
+    Site::until("the component stands still", || {
+        let text = std::fs::read_to_string(&stat).expect("it runs");
+        let state = text.rsplit_once(") ");
+        state.is_some_and(|(_, state)| state.starts_with('T'))
+    });
     let silent = probe(&[]);
     assert_eq!(silent.code, 1, "{silent:?}");
     assert!(
