@@ -240,7 +240,7 @@ impl<'r> Resolver<'r> {
 
     fn solver(&mut self, solver: &ast::Solver) -> Option<Solver> {
         self.without_settings(solver);
-        self.is_of_one_side(solver);
+        self.check_side(solver);
         let conditions = Conditions {
             gravity: self.gravity(solver),
             held: self.holding(solver),

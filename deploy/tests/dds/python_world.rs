@@ -1,6 +1,7 @@
 //! A component in Python that shares a world with one in Rust.
 
 use crate::python_site::{names_of_others, second_component, up, workspace};
+use rc_test_site::site::Site;
 
 const CDSL: &str = "Component porter
 {
@@ -91,6 +92,19 @@ class SpecificWorker(Worker):
             edit.door("front").widht = 0.9
 "#;
 
+/// Starts `porter` and `room_keeper`, which is in Rust, in a world with the whole schema of the latter, and
+/// waits until the latter has found the door of the former.
+fn start_beside_room_keeper(site: &Site) {
+    site.write_ddsl(
+        "Deployment patrol\n{\n    World g { schema \"porter/home.gdsl\"; };\n    \
+         Component room_keeper { cdsl \"../room_keeper/room_keeper.cdsl\"; };\n    \
+         Component porter { cdsl \"porter/porter.cdsl\"; };\n};\n",
+    );
+    let started = up(site, &[]);
+    assert_eq!(started.code, 0, "{started:?}\n{}", site.log("porter"));
+    site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
+}
+
 /// The room is that of `room_keeper` in Rust, which finds the door there.
 #[test]
 fn a_worker_in_python_shares_a_world_with_one_in_rust() {
@@ -105,14 +119,7 @@ fn a_worker_in_python_shares_a_world_with_one_in_rust() {
     let Some(site) = workspace("python_world", "porter", &files, test) else {
         return;
     };
-    site.write_ddsl(
-        "Deployment patrol\n{\n    World g { schema \"porter/home.gdsl\"; };\n    \
-         Component room_keeper { cdsl \"../room_keeper/room_keeper.cdsl\"; };\n    \
-         Component porter { cdsl \"porter/porter.cdsl\"; };\n};\n",
-    );
-    let started = up(&site, &[]);
-    assert_eq!(started.code, 0, "{started:?}\n{}", site.log("porter"));
-    site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
+    start_beside_room_keeper(&site);
     site.await_in_log("room_keeper", "door front is open by");
     site.await_in_log("porter", "too early");
     site.await_in_log("porter", "joined");
@@ -191,14 +198,7 @@ fn a_worker_in_python_that_declares_a_part_of_the_schema_shares_the_whole_world(
     let Some(site) = workspace("python_part", "porter", &files, test) else {
         return;
     };
-    site.write_ddsl(
-        "Deployment patrol\n{\n    World g { schema \"porter/home.gdsl\"; };\n    \
-         Component room_keeper { cdsl \"../room_keeper/room_keeper.cdsl\"; };\n    \
-         Component porter { cdsl \"porter/porter.cdsl\"; };\n};\n",
-    );
-    let started = up(&site, &[]);
-    assert_eq!(started.code, 0, "{started:?}\n{}", site.log("porter"));
-    site.await_in_log("room_keeper", "door front of 0.8 m at 1.2 0");
+    start_beside_room_keeper(&site);
     site.await_in_log("porter", "room kitchen ['name']");
     let set = [
         "world",

@@ -5,8 +5,8 @@ use crate::ast::{self, OutputKind, Rate, Side};
 use rc_diagnostics::{Diagnostic, Span};
 
 impl Resolver<'_> {
-    /// The arrays of a solver are those of joints, or those of actuators.
-    pub(super) fn is_of_one_side(&mut self, solver: &ast::Solver) {
+    /// Refuses a solver that takes numbers of joints and of actuators.
+    pub(super) fn check_side(&mut self, solver: &ast::Solver) {
         let is_of_joints = |output: &&ast::Output| {
             !matches!(
                 output.kind,
