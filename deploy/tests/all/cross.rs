@@ -2,7 +2,8 @@
 //! for the processor of a host, in namespaces that make it known to nobody else.
 
 use rc_test_site::site::{Site, rcdeploy};
-use rc_test_support::python::skipped;
+use rc_test_support::python::{installed, skipped};
+use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -13,9 +14,15 @@ const PACKAGES: &str = "base-files,bash,coreutils,dash,findutils,grep,libc6,libc
 /// The libraries whose links their configuration would make.
 const LINKS: [&str; 2] = ["blas/libblas.so.3", "lapack/liblapack.so.3"];
 
-/// Its processor as Debian calls it, what runs its programs, and how these begin, with a mask
-/// (`binfmt_misc` of Linux).
+/// What this machine unpacks for it, and installs nowhere.
+const TOOLS: [&str; 2] = ["mmdebstrap", "qemu-user-static"];
+
+/// Its processor as Debian and Rust call it, the gcc for it, what links where that is missing, what runs its
+/// programs, and how these begin, with a mask (`binfmt_misc` of Linux).
 const ARCH: &str = "arm64";
+const PLATFORM: &str = "aarch64-unknown-linux-gnu";
+const GCC: &str = "aarch64-linux-gnu-gcc";
+const ZIG: &str = "cargo-zigbuild==0.22.2\nziglang==0.14.1";
 const QEMU: &str = "qemu-aarch64-static";
 const MAGIC: &str = r":arm64:M::\x7fELF\x02\x01\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02\x00\xb7\x00:\xff\xff\xff\xff\xff\xff\xff\x00\xff\xff\xff\xff\xff\xff\xff\xff\xfe\xff\xff\xff";
 
@@ -72,21 +79,16 @@ fn run(program: &str, words: &[&str], folder: &Path) -> Result<String, String> {
 fn host(site: &Site) -> Result<PathBuf, String> {
     let root = site.path("host");
     let folder = site.path("");
-    run(
-        "apt-get",
-        &["download", "--quiet", "qemu-user-static"],
-        &folder,
-    )?;
-    run(
-        "sh",
-        &["-c", "dpkg-deb -x qemu-user-static_*.deb ."],
-        &folder,
-    )?;
+    let download = [&["download", "--quiet"][..], &TOOLS].concat();
+    run("apt-get", &download, &folder)?;
+    let unpack = "for deb in *.deb; do dpkg-deb -x \"$deb\" .; done";
+    run("sh", &["-c", unpack], &folder)?;
     let arch = format!("--architectures={ARCH}");
     let include = format!("--include={PACKAGES}");
     let debian = ["--quiet", "--variant=extract", &arch, &include, "bookworm"];
     let at = root.display().to_string();
-    run("mmdebstrap", &[&debian[..], &[&at]].concat(), &folder)?;
+    let mmdebstrap = site.path("usr/bin/mmdebstrap").display().to_string();
+    run(&mmdebstrap, &[&debian[..], &[&at]].concat(), &folder)?;
     let libraries = root.join("usr/lib/aarch64-linux-gnu");
     for library in LINKS.map(Path::new) {
         let link = libraries.join(library.file_name().expect("a name"));
@@ -119,6 +121,22 @@ fn host(site: &Site) -> Result<PathBuf, String> {
     }
 }
 
+/// The path of programs, with zig where this machine has no gcc for that processor. `rcdeploy` says what
+/// else is missing.
+fn path(site: &Site) -> Result<OsString, String> {
+    let folder = site.path("");
+    // The Rust of Debian has another way to the standard library, and no rustup.
+    let _ = run("rustup", &["target", "add", PLATFORM], &folder);
+    let own = std::env::var_os("PATH").unwrap_or_default();
+    if run(GCC, &["--version"], &folder).is_ok() {
+        return Ok(own);
+    }
+    let python = installed("zig", ZIG)?;
+    let folders = python.parent().map(Path::to_path_buf);
+    let folders = folders.into_iter().chain(std::env::split_paths(&own));
+    std::env::join_paths(folders).map_err(|error| error.to_string())
+}
+
 #[test]
 fn a_host_of_another_processor_runs_what_is_built_here() {
     let test = "a_host_of_another_processor_runs_what_is_built_here";
@@ -127,13 +145,14 @@ fn a_host_of_another_processor_runs_what_is_built_here() {
     }
     let site = Site::new("cross");
     site.write_ddsl(NETWORK);
-    let ssh = match host(&site) {
-        Ok(ssh) => ssh,
+    let ready = host(&site).and_then(|ssh| Ok((ssh, path(&site)?)));
+    let (ssh, path) = match ready {
+        Ok(ready) => ready,
         Err(reason) => return skipped(test, &reason),
     };
     let run = |words: &[&str], file: bool| {
         let mut command = site.command(&rcdeploy());
-        command.args(words).env("RC_SSH", &ssh);
+        command.args(words).env("RC_SSH", &ssh).env("PATH", &path);
         if file {
             command.arg(site.ddsl());
         }
