@@ -119,6 +119,7 @@ macro_rules! suite {
             started_calls_get_their_own_replies
             the_number_of_started_calls_is_limited
             a_started_call_ends_at_its_deadline
+            late_replies_take_no_place_of_others
             without_a_server_no_call_is_started
             a_closing_server_ends_started_calls
             a_forgotten_call_does_not_end

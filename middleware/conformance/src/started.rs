@@ -137,6 +137,41 @@ pub fn a_started_call_ends_at_its_deadline(subject: &dyn Subject) {
     assert_nothing_left(&mut *client);
 }
 
+/// The server replies to more calls that have ended than a client has at a time. Then every call gets
+/// its reply, also if its client looks for it late.
+pub fn late_replies_take_no_place_of_others(subject: &dyn Subject) {
+    let network = Network::new(subject);
+    let address = endpoint(ADDRESS);
+    let backend = network.join("both");
+    let mut server = backend.server(&address).expect("a server");
+    let mut clients: Vec<_> = (0..16)
+        .map(|_| network.client(&*backend, &address))
+        .collect();
+    let most = STARTED_CALLS as u64;
+    for round in 0..3 {
+        let all = round * most..(round + 1) * most;
+        for client in &mut clients {
+            for sequence in all.clone() {
+                start(&mut **client, sequence, SHORT).expect("to be started");
+            }
+        }
+        for client in &mut clients {
+            for _ in all.clone() {
+                assert_eq!(next(&mut **client).1, Err(deadline()));
+            }
+        }
+        serve(&mut *server, clients.len() * STARTED_CALLS, &echo);
+    }
+    for client in &mut clients {
+        for sequence in 100..100 + 2 * REQUEST_QUEUE as u64 {
+            start(&mut **client, sequence, LIMIT).expect("to be started");
+            serve(&mut *server, 1, &echo);
+            let expected = (sequence, Ok(vec![sequence as u8, b'!']));
+            assert_eq!(next(&mut **client), expected);
+        }
+    }
+}
+
 /// Before there was a server, and after it has left.
 pub fn without_a_server_no_call_is_started(subject: &dyn Subject) {
     let network = Network::new(subject);

@@ -188,8 +188,12 @@ impl SharedServer {
 }
 
 impl Replies {
-    /// Sends the reply to a query, unless it is empty, and wakes its client.
+    /// Sends the reply to a query, unless it is empty, and wakes its client. If the call has ended,
+    /// nobody would take the reply out of its channel.
     fn finish(&self, header: Header, reply: SharedReply<'_>) -> Result<(), ReceiveError> {
+        if !reply.request.is_connected() {
+            return Ok(());
+        }
         let client = reply.request.user_header().client();
         let sent = self.send(header, reply);
         self.notify_client(client);

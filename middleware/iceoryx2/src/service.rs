@@ -148,7 +148,9 @@ pub(crate) fn calls(
             .request_user_header::<RequestHeader>()
             .response_user_header::<MessageHeader>()
             .enable_safe_overflow_for_requests(false)
-            .enable_safe_overflow_for_responses(false)
+            // A reply that arrives after its call has ended stays in its channel. The reply to the
+            // next call of that channel replaces it.
+            .enable_safe_overflow_for_responses(true)
             .enable_fire_and_forget_requests(true)
             .max_active_requests_per_client(REQUEST_QUEUE)
             .max_loaned_requests(1)

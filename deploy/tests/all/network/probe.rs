@@ -36,11 +36,15 @@ fn a_probe_distinguishes_ready_stopped_and_absent() {
 
     kill_process(running.pid(), Signal::STOP).expect("it is ours");
     // A thread that runs at this moment may still answer.
-    let stat = format!("/proc/{}/stat", running.pid().as_raw_nonzero());
+    let threads = format!("/proc/{}/task", running.pid().as_raw_nonzero());
     Site::until("the component stands still", || {
-        let text = std::fs::read_to_string(&stat).expect("it runs");
-        let state = text.rsplit_once(") ");
-        state.is_some_and(|(_, state)| state.starts_with('T'))
+        let mut threads = std::fs::read_dir(&threads).expect("it runs");
+        threads.all(|thread| {
+            let stat = thread.expect("a thread").path().join("stat");
+            let text = std::fs::read_to_string(stat).expect("it runs");
+            let state = text.rsplit_once(") ");
+            state.is_some_and(|(_, state)| state.starts_with('T'))
+        })
     });
     let silent = probe(&[]);
     assert_eq!(silent.code, 1, "{silent:?}");

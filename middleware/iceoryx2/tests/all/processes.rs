@@ -9,7 +9,9 @@ use rc_middleware::{
     Backend, CallError, Client, Encoding, Endpoint, Environment, Header, Reply, RunDirectory,
     Settings, WakeEvent, wait,
 };
-use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, setrlimit};
+use rustix::process::{
+    Pid, Resource, Rlimit, Signal, WaitId, WaitIdOptions, kill_process, setrlimit, waitid,
+};
 use std::io::{BufRead, BufReader};
 use std::mem::ManuallyDrop;
 use std::path::Path;
@@ -131,14 +133,13 @@ impl Process {
         kill_process(Pid::from_child(&self.child), signal).expect("it runs");
     }
 
-    /// Sends SIGSTOP and waits until the process has stopped.
+    /// Sends SIGSTOP and waits until all threads of the process have stopped.
     pub(crate) fn stop(&self) {
         self.signal(Signal::STOP);
-        let stat = format!("/proc/{}/stat", self.child.id());
+        let options = WaitIdOptions::STOPPED | WaitIdOptions::NOWAIT | WaitIdOptions::NOHANG;
         until("it stands still", || {
-            let text = std::fs::read_to_string(&stat).expect("it runs");
-            text.rsplit_once(") ")
-                .is_some_and(|(_, rest)| rest.starts_with('T'))
+            let of = WaitId::Pid(Pid::from_child(&self.child));
+            waitid(of, options).expect("a child").is_some()
         });
     }
 

@@ -60,7 +60,7 @@ pub(crate) fn calls(node: &Node<Ipc>, name: &str) -> Result<Calls, Failure> {
         .service_builder(&name.try_into()?)
         .request_response::<[u8], [u8]>()
         .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(false)
+        .enable_safe_overflow_for_responses(true)
         .max_active_requests_per_client(16)
         .max_loaned_requests(1)
         .max_response_buffer_size(1)
