@@ -1,9 +1,11 @@
 //! A network on a Debian that boots, with users who log in and out: `cargo xtask soak boot`.
 
 use rc_test_site::site::Site;
+use rc_test_support::debian::program;
 use rc_test_support::python::skipped;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -111,9 +113,9 @@ impl Drop for Booted {
 }
 
 /// A command that is killed after the limit, with its children.
-fn within_limit(program: &str) -> Command {
+fn within_limit(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new("timeout");
-    command.args(["--kill-after=5", LIMIT, program]);
+    command.args(["--kill-after=5", LIMIT]).arg(program);
     command
 }
 
@@ -141,7 +143,8 @@ fn make(root: &Path, groups: &Path) -> Result<(), String> {
     };
     run(&mut probe).map_err(refused)?;
     let include = format!("--include={PACKAGES}");
-    run(within_limit("mmdebstrap")
+    let mmdebstrap = program("mmdebstrap --no-install-recommends", "mmdebstrap")?;
+    run(within_limit(&mmdebstrap)
         .args(["--quiet", "--variant=minbase", &include, "bookworm"])
         .arg(root))
     .map_err(|said| format!("mmdebstrap: {}", last(said)))

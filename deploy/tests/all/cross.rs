@@ -2,6 +2,7 @@
 //! for the processor of a host, in namespaces that make it known to nobody else.
 
 use rc_test_site::site::{Site, rcdeploy};
+use rc_test_support::debian::program;
 use rc_test_support::python::{installed, skipped};
 use std::ffi::OsString;
 use std::fs;
@@ -13,9 +14,6 @@ use std::process::{Command, Stdio};
 const PACKAGES: &str = "base-files,bash,coreutils,dash,findutils,grep,libc6,libc-bin,procps,python3,python3-numpy,sed,tar";
 /// The libraries whose links their configuration would make.
 const LINKS: [&str; 2] = ["blas/libblas.so.3", "lapack/liblapack.so.3"];
-
-/// What this machine unpacks for it, and installs nowhere.
-const TOOLS: [&str; 2] = ["mmdebstrap", "qemu-user-static"];
 
 /// Its processor as Debian and Rust call it, the gcc for it, what links where that is missing, what runs its
 /// programs, and how these begin, with a mask (`binfmt_misc` of Linux).
@@ -79,15 +77,13 @@ fn run(program: &str, words: &[&str], folder: &Path) -> Result<String, String> {
 fn host(site: &Site) -> Result<PathBuf, String> {
     let root = site.path("host");
     let folder = site.path("");
-    let download = [&["download", "--quiet"][..], &TOOLS].concat();
-    run("apt-get", &download, &folder)?;
-    let unpack = "for deb in *.deb; do dpkg-deb -x \"$deb\" .; done";
-    run("sh", &["-c", unpack], &folder)?;
+    let mmdebstrap = program("mmdebstrap --no-install-recommends", "mmdebstrap")?;
+    let qemu = program("qemu-user-static --no-install-recommends", QEMU)?;
     let arch = format!("--architectures={ARCH}");
     let include = format!("--include={PACKAGES}");
     let debian = ["--quiet", "--variant=extract", &arch, &include, "bookworm"];
     let at = root.display().to_string();
-    let mmdebstrap = site.path("usr/bin/mmdebstrap").display().to_string();
+    let mmdebstrap = mmdebstrap.display().to_string();
     run(&mmdebstrap, &[&debian[..], &[&at]].concat(), &folder)?;
     let libraries = root.join("usr/lib/aarch64-linux-gnu");
     for library in LINKS.map(Path::new) {
@@ -98,7 +94,6 @@ fn host(site: &Site) -> Result<PathBuf, String> {
     fs::create_dir_all(&formats).expect("a folder");
     let script = site.path("enter");
     fs::write(&script, ENTER).expect("written");
-    let qemu = site.path("usr/bin").join(QEMU);
     let ssh = format!(
         "#!/bin/sh\nwhile [ \"$1\" != -- ]; do shift; done\nexec unshare {} sh -eu {} {at} {} '{MAGIC}' {} \"$3\"\n",
         UNSHARE.join(" "),

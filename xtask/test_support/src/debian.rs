@@ -21,6 +21,25 @@ pub fn provided(
     unpacked(packages, &|folder| works(Some(folder))).map(Some)
 }
 
+/// The path of a program of `packages`, of the system or unpacked, that runs with `--version`.
+///
+/// # Errors
+///
+/// Why there is none.
+pub fn program(packages: &str, name: &str) -> Result<PathBuf, String> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let at = |place: Option<&Path>| match place {
+        None => {
+            let mut paths = std::env::split_paths(&path).map(|folder| folder.join(name));
+            paths.find(|path| path.is_file()).unwrap_or_default()
+        }
+        Some(place) => place.join("usr/bin").join(name),
+    };
+    let works = |place: Option<&Path>| run(&at(place), &["--version"]).is_ok();
+    let place = provided(packages, &works)?;
+    Ok(at(place.as_deref()))
+}
+
 fn unpacked(packages: &str, works: &dyn Fn(&Path) -> bool) -> Result<PathBuf, String> {
     // One test at a time, because all use the same folder.
     static ONE: Mutex<()> = Mutex::new(());
