@@ -39,6 +39,7 @@ pub(crate) fn parse(
     let mut probe = false;
     let mut replay = false;
     let mut wait = None;
+    let mut schema_text = None;
     let mut out = Arguments::new("default", description.name);
     while let Some(arg) = parser.next()? {
         match arg {
@@ -75,7 +76,10 @@ pub(crate) fn parse(
                 let (slot, providers) = providers(description, &parser.value()?.string()?)?;
                 out.conversions.providers.insert(slot, providers);
             }
-            Long("schema") => out.schema = schema(description, &parser.value()?.string()?)?,
+            Long("schema") => {
+                let text: &mut String = schema_text.get_or_insert_default();
+                text.push_str(&parser.value()?.string()?);
+            }
             Long("set-middleware") => setting(&parser.value()?.string()?, &mut out.settings)?,
             Long("clock") => out.clock = ClockChoice::parse(&parser.value()?.string()?)?,
             Long("followers") => {
@@ -109,6 +113,9 @@ pub(crate) fn parse(
         if out.node.replace(read).is_some() {
             return Err(format!("{option}: the arguments are those of one middleware").into());
         }
+    }
+    if let Some(schema_text) = schema_text {
+        out.schema = schema(description, &schema_text)?;
     }
     if out.keep_free.is_some() && out.record.is_none() {
         return Err("--keep-free goes with --record".into());
@@ -317,7 +324,7 @@ fn providers(description: &Description, text: &str) -> Result<(String, String), 
     Ok((check_slot(description, slot)?, names))
 }
 
-/// Parses `[["home.gdsl", "Domain home { … };"]]`.
+/// Parses `[["home.gdsl", "Domain home { … };"]]`, the parts of all options together.
 fn schema(description: &Description, text: &str) -> Result<Files, lexopt::Error> {
     let mut slots = description.slots.iter();
     if slots.all(|slot| slot.type_name != rc_vocabulary::WORLD_SLOTS[0].type_name) {
@@ -448,7 +455,8 @@ fn help(description: &Description) -> String {
          --frames SLOT=TREE    the slot of an InnerModel, those of tf, or the world, that know where the frames of these values are\n  \
          --providers SLOT=NAMES\n                        \
          who sends what a slot converts, for the log\n  \
-         --schema FILES        names and texts of the schema of the shared world, if it has more than that of the component (JSON)\n  \
+         --schema FILES        names and texts of the schema of the shared world, if it has more than that of the component (JSON);\n                        \
+         a long text in parts, each with --schema\n  \
          --set PATH=VALUE      parameter for this run, as in `--set speed=300`\n  \
          --set-middleware MIDDLEWARE.KEY=VALUE\n                        \
          setting of [middleware.MIDDLEWARE], as in dds.domain=7; commas separate a list\n  \

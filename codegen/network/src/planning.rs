@@ -126,8 +126,8 @@ impl Network {
                 option("--set", format!("{path}={value}"));
             }
             let component = project.map(|p| &p.component);
-            if let Some(files) = world::handed(self, at) {
-                option("--schema", files);
+            for part in world::handed(self, at).into_iter().flatten() {
+                option("--schema", part);
             }
             for set in self.passed_settings(at) {
                 let (middleware, key) = (set.middleware.word(), set.key);

@@ -7,8 +7,10 @@ use rc_cdsl::model::Access;
 use rc_codegen::world::World;
 use rc_diagnostics::{Diagnostic, SourceMap, Span};
 
-/// The longest argument of a program in Linux, with some room for the end.
-const LONGEST: usize = 128 * 1024 - 64;
+/// The longest part of a text in one argument of a program: Linux takes 128 KiB.
+const LONGEST_PART: usize = 120 * 1024;
+/// The longest text: Linux takes 2 MiB of arguments, and systemd a line of 1 MiB.
+const LONGEST: usize = 512 * 1024;
 
 /// Why a component cannot share the world of a network.
 pub(super) struct Misfit {
@@ -131,12 +133,23 @@ fn text(network: &World) -> String {
     serde_json::to_string(&files).unwrap_or_default()
 }
 
-/// The files of the network's schema, for a component that has a part of it: all replicas of a world
+/// The files of the network's schema as values of options, for a component that has a part of it: all replicas of a world
 /// have one schema.
-pub(crate) fn handed(network: &Network, at: usize) -> Option<String> {
+pub(crate) fn handed(network: &Network, at: usize) -> Option<Vec<String>> {
     let own = network.projects[at].as_deref()?.world.as_ref()?;
     let world = network.world.as_ref()?;
-    differs(world, own).then(|| text(world))
+    differs(world, own).then(|| parts(&text(world), LONGEST_PART))
+}
+
+/// Divides a text into parts of at most so many bytes, between two characters.
+fn parts(text: &str, most: usize) -> Vec<String> {
+    let (mut parts, mut rest) = (Vec::new(), text);
+    while !rest.is_empty() {
+        let (part, more) = rest.split_at(rest.floor_char_boundary(most));
+        parts.push(part.to_owned());
+        rest = more;
+    }
+    parts
 }
 
 #[cfg(test)]

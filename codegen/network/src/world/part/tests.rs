@@ -2,7 +2,7 @@
 
 #![expect(clippy::needless_raw_string_hashes, reason = "expect-test writes them")]
 
-use super::misfit;
+use super::{misfit, parts};
 use expect_test::{Expect, expect};
 use rc_cdsl::model::{Access, Write};
 use rc_codegen::world::World;
@@ -236,4 +236,11 @@ fn a_component_knows_what_each_element_has_that_it_adds() {
               = help: declare `relation mounted` there, or name what the component writes
         "#]],
     );
+}
+
+#[test]
+fn a_long_schema_has_several_options() {
+    assert_eq!(parts("", 4), [""; 0]);
+    assert_eq!(parts("room", 4), ["room"]);
+    assert_eq!(parts("roomé door", 5), ["room", "é do", "or"]);
 }
