@@ -9,6 +9,7 @@ use rc_test_support::cable::{ADDRESSES, Cable, cable, install, run};
 use rc_test_support::python::{self, skipped};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -216,24 +217,33 @@ impl Agents<'_> {
         Pid::from_raw(i32::try_from(own["pid"].as_i64()?).ok()?)
     }
 
-    /// One trouble.
-    fn make(&self, trouble: Trouble, random: &mut Rng) {
-        let at = random.usize(..self.size.agents);
+    /// One trouble. `killed` are the processes that were killed.
+    fn make(&self, trouble: Trouble, killed: &mut BTreeSet<i32>, random: &mut Rng) {
         match trouble {
             Trouble::Kill => {
-                if let Some(pid) = self.pid(at) {
-                    let _ = kill_process(pid, Signal::KILL);
-                }
+                let pid = self.signal(Signal::KILL, killed, random);
+                killed.insert(pid.as_raw_nonzero().get());
             }
             Trouble::Pause => {
-                if let Some(pid) = self.pid(at) {
-                    let _ = kill_process(pid, Signal::STOP);
-                    std::thread::sleep(Duration::from_millis(500));
-                    let _ = kill_process(pid, Signal::CONT);
-                }
+                let pid = self.signal(Signal::STOP, killed, random);
+                std::thread::sleep(Duration::from_millis(500));
+                let _ = kill_process(pid, Signal::CONT);
             }
             Trouble::Cut => cut(self.cable.expect("a cable")),
         }
+    }
+
+    /// Sends a signal to an agent at random that runs: one that was killed may not have started again yet.
+    /// Returns its process.
+    fn signal(&self, signal: Signal, killed: &BTreeSet<i32>, random: &mut Rng) -> Pid {
+        let mut reached = None;
+        Site::until_within(self.size.settles, "an agent runs", || {
+            let pid = self.pid(random.usize(..self.size.agents));
+            let pid = pid.filter(|pid| !killed.contains(&pid.as_raw_nonzero().get()));
+            reached = pid.filter(|pid| kill_process(*pid, signal).is_ok());
+            reached.is_some()
+        });
+        reached.expect("an agent")
     }
 
     /// Everything, and what the replay says.
@@ -267,10 +277,11 @@ impl Agents<'_> {
         let mut all: Vec<Trouble> = all.collect();
         random.shuffle(&mut all);
         let (start, count) = (Instant::now(), all.len() as u32);
+        let mut killed = BTreeSet::new();
         for (number, trouble) in (0_u32..).zip(all) {
             let at = self.size.lasts * number / count.max(1);
             std::thread::sleep(at.saturating_sub(start.elapsed()));
-            self.make(trouble, &mut random);
+            self.make(trouble, &mut killed, &mut random);
         }
         std::thread::sleep(self.size.lasts.saturating_sub(start.elapsed()));
         std::fs::write(self.site.path("agents/stop"), "").expect("to write");
@@ -295,7 +306,12 @@ impl Agents<'_> {
             .expect("python3");
         let text = String::from_utf8_lossy(&replayed.stdout).into_owned();
         let errors = String::from_utf8_lossy(&replayed.stderr).into_owned();
-        println!("{text}at most {memory} kB a process");
+        let (pauses, cuts) = (self.size.pauses, self.size.cuts);
+        let kills = killed.len();
+        println!(
+            "{text}{kills} kills, {pauses} pauses, {cuts} cuts, at most {memory} kB a process"
+        );
+        assert_eq!(kills, self.size.kills);
         assert!(replayed.status.success(), "{text}{errors}");
         assert!(memory < 256 << 10, "{memory} kB");
         self.site.assert_nothing_left();
