@@ -2,7 +2,7 @@
 
 use crate::linked::Linked;
 use rc_middleware::{Reader, Writer};
-use rc_world::property_graph::{Schema, Value};
+use rc_world::property_graph::{NodeId, Schema, Value};
 use rc_world::{Message, Rights, Setup, Topic, World};
 use rc_world_member::{Driver, Interface, place};
 use std::collections::BTreeMap;
@@ -150,7 +150,7 @@ fn note(delay: i64) {
 struct Member {
     role: Role,
     world: Driver,
-    name: String,
+    stone: Option<NodeId>,
     began: Instant,
     due: u64,
     last: i64,
@@ -175,11 +175,14 @@ fn fill(world: &World, role: &Role, name: &str) -> Result<(), rc_world::Error> {
     made.map(|_| ())
 }
 
-fn put(world: &World, name: &str, value: i64) {
-    let set = world.change(|edit| {
-        let stone = edit.snapshot().named(&format!("{name}-0")).next();
-        stone.map_or(Ok(()), |stone| Ok(edit.set(stone, "at", value)?))
-    });
+/// The node that changes, which a worker that moves it knows.
+fn first(world: &World, name: &str) -> Option<NodeId> {
+    let now = world.snapshot();
+    now.named(&format!("{name}-0")).next()
+}
+
+fn put(world: &World, stone: Option<NodeId>, value: i64) {
+    let set = world.change(|edit| stone.map_or(Ok(()), |stone| Ok(edit.set(stone, "at", value)?)));
     if let Err(error) = set {
         eprintln!("{error}");
     }
@@ -256,7 +259,7 @@ fn sample(role: &Role, name: &str) -> (Vec<u8>, usize) {
         name,
     );
     debug_assert!(filled.is_ok());
-    put(&world, name, MARK);
+    put(&world, first(&world, name), MARK);
     world.turn(Duration::ZERO);
     let wanted = if role.stream {
         Topic::Samples
@@ -285,10 +288,11 @@ impl Worker<Linked> for Member {
         }
         let sample = sample(&role, &name);
         let whole = whole(role.nodes, &name);
+        let stone = first(&world, &name);
         Ok(Self {
             role,
             world,
-            name,
+            stone,
             began: Instant::now(),
             due: 0,
             last: 0,
@@ -308,7 +312,7 @@ impl Worker<Linked> for Member {
         while self.due >= 1000 {
             self.due -= 1000;
             match self.role.mode {
-                Mode::World => put(&self.world, &self.name, nanos()),
+                Mode::World => put(&self.world, self.stone, nanos()),
                 Mode::Topic => self.publish(ctx)?,
             }
         }
