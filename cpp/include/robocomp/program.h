@@ -49,18 +49,21 @@ inline std::string readable(const char* name) {
   return readable;
 }
 
+// A text in C, which may be a null pointer.
+inline std::string told(const char* text) { return text != nullptr ? text : "a text that is a null pointer"; }
+
 // The exception that is handled, in one line.
 inline std::string current_exception_text() {
   try {
     throw;
   } catch (const Ice::Exception& error) {
-    return error.what();
+    return told(error.what());
   } catch (const std::exception& error) {
-    return readable(typeid(error).name()) + ": " + error.what();
+    return readable(typeid(error).name()) + ": " + told(error.what());
   } catch (const std::string& text) {
     return text;
   } catch (const char* text) {
-    return text;
+    return told(text);
   } catch (...) {
     const std::type_info* type = abi::__cxa_current_exception_type();
     const std::string name = type == nullptr ? "foreign" : readable(type->name());

@@ -97,8 +97,9 @@ class Worker {
     return static_cast<int>(
         std::chrono::duration_cast<milliseconds>(Context().period()).count());
   }
-  // Enters the state Emergency after this function.
+  // Enters the state Emergency after this function. Throws `rc::WrongThread` on another thread.
   void goToEmergency(const std::string& reason = "the worker asks for it") {
+    (void)Context().is_stopping();
     emergency_reason_ = reason;
     detail::look_again();
   }

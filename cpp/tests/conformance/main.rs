@@ -262,18 +262,29 @@ fn calls_leave_nothing(other: &OtherEnd) {
 
 /// A worker throws what is not an exception, and uses its context on another thread.
 fn faults_stay_in_the_worker(other: &OtherEnd) {
-    const THROWS_AN_INT: i32 = 10;
+    const THROWN: [(i32, &str); 3] = [
+        (
+            10,
+            "Types_fail(): an exception of the type int, which is not a std::exception",
+        ),
+        (17, "Types_fail(): a text that is a null pointer"),
+        (
+            18,
+            "Types_fail(): the context works on the thread of the worker only",
+        ),
+    ];
     const ASKS_A_THREAD: i32 = 11;
     started_calls_end(other);
     calls_leave_nothing(other);
     let backend = other.network.join("faults");
     let mut client = rc_other_end::client(other, &*backend);
-    let thrown = client.fail(THROWS_AN_INT);
-    let Err(FailError::Call(CallError::Refused(reason))) = &thrown else {
-        panic!("{thrown:?}");
-    };
-    let text = "Types_fail(): an exception of the type int, which is not a std::exception";
-    assert!(reason.contains(text), "{reason}");
+    for (number, text) in THROWN {
+        let thrown = client.fail(number);
+        let Err(FailError::Call(CallError::Refused(reason))) = &thrown else {
+            panic!("{thrown:?}");
+        };
+        assert!(reason.contains(text), "{reason}");
+    }
     assert_eq!(client.mirrored(ASKS_A_THREAD).as_deref(), Ok("WrongThread"));
     assert_eq!(client.ranged(1), Ok(6), "the worker runs on");
 }

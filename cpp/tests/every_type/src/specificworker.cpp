@@ -18,6 +18,8 @@ constexpr std::int32_t DESTRUCTOR = 13;
 constexpr std::int32_t EXIT = 14;
 constexpr std::int32_t KEEPS_A_POINTER_OF_A_LOAN = 15;
 constexpr std::int32_t KEEPS_A_POINTER_OF_A_VIEW = 16;
+constexpr std::int32_t NO_TEXT = 17;
+constexpr std::int32_t EMERGENCY_ON_A_THREAD = 18;
 
 void fails() { throw std::runtime_error("at the end of an object"); }
 struct ThrowsAtItsEnd {
@@ -112,6 +114,19 @@ void SpecificWorker::Types_fail(std::int32_t which) {
     case MOST: throw very_broken();
     case SOME: throw RcTypes::Gone();
     case FOREIGN: throw 42;  // no exception
+    case NO_TEXT: throw static_cast<const char*>(nullptr);
+    case EMERGENCY_ON_A_THREAD: {
+      std::exception_ptr refused;
+      std::thread([&] {
+        try {
+          goToEmergency();
+        } catch (...) {
+          refused = std::current_exception();
+        }
+      }).join();
+      if (refused) std::rethrow_exception(refused);
+      return;
+    }
     case CRASH: {
       volatile int* nowhere = nullptr;
       *nowhere = 1;
