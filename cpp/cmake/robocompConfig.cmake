@@ -28,6 +28,17 @@ if(NOT ROBOCOMP_LIBRARY)
   return()
 endif()
 
+# g++ 7 and clang++ 6 have C++17 without <filesystem>.
+if((CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 8)
+    OR (CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 7)
+    OR NOT "cxx_std_17" IN_LIST CMAKE_CXX_COMPILE_FEATURES)
+  set(robocomp_FOUND FALSE)
+  set(robocomp_NOT_FOUND_MESSAGE
+    "robocomp needs C++17: g++ 8, clang++ 7 or later; \
+${CMAKE_CXX_COMPILER} is ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}, and the variable CXX chooses another one")
+  return()
+endif()
+
 # `cargo run` and `cargo test` name their target folder in LD_LIBRARY_PATH. A program has the library that it
 # was built with all the same: a search path of the old kind (DT_RPATH) comes before this variable.
 if(NOT TARGET robocomp::robocomp)

@@ -7,6 +7,7 @@ use interfaces::rc_types::types::{FailError, TypesClient};
 use rc_middleware::CallError;
 use rc_middleware::in_place::InPlace as _;
 use rc_other_end::{Network, OtherEnd, Over};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 use std::sync::mpsc::{Sender, channel};
@@ -183,6 +184,44 @@ fn an_older_cpp_is_refused_with_what_is_needed() {
     assert!(!compiler.status.success(), "{said}");
     let needed = "robocomp needs C++17: g++ 8, clang++ 7 or later";
     assert!(said.contains(needed), "{said}");
+}
+
+/// An older compiler is refused with what is needed. This one says so itself.
+#[test]
+fn an_older_compiler_is_refused_with_what_is_needed() {
+    let test = "an_older_compiler_is_refused_with_what_is_needed";
+    if !runs("g++") {
+        return rc_test_support::python::skipped(test, "there is no g++ in the path");
+    }
+    let Some(cmake) = rc_test_support::cmake::folder(test) else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let older = folder.path().join("g++");
+    let script = "#!/bin/sh\nexec g++ -U__GNUC__ -D__GNUC__=7 \"$@\"\n";
+    std::fs::write(&older, script).expect("to write");
+    std::fs::set_permissions(&older, PermissionsExt::from_mode(0o755)).expect("to set");
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let configure = Command::new(cmake.join("cmake"))
+        .arg("-S")
+        .arg(own.join("../components/avoider_cpp"))
+        .arg("-B")
+        .arg(folder.path().join("build"))
+        .arg(format!("-Drobocomp_DIR={}", own.join("cmake").display()))
+        .arg(format!(
+            "-DROBOCOMP_LIBRARY={}",
+            package::native().display()
+        ))
+        .env("CXX", &older)
+        .output()
+        .expect("cmake");
+    let said = String::from_utf8_lossy(&configure.stderr);
+    assert!(!configure.status.success(), "{said}");
+    let needed = "robocomp needs C++17: g++ 8, clang++ 7 or later";
+    assert!(
+        said.contains(needed) && said.contains("is GNU 7."),
+        "{said}"
+    );
 }
 
 /// The component calls the members of its own slot array. Those calls end after the handler that starts
