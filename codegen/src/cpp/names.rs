@@ -5,8 +5,8 @@ use crate::component_names;
 use crate::type_names;
 use heck::ToSnakeCase;
 
-/// Words of C++17, and macros of its headers that are not names.
-const WORDS: [&str; 97] = [
+/// Words of C++20, macros of its headers that are not names, those of the compilers for GNU's C++, and the words of Qt.
+const WORDS: [&str; 115] = [
     "alignas",
     "alignof",
     "and",
@@ -23,11 +23,18 @@ const WORDS: [&str; 97] = [
     "char",
     "char16_t",
     "char32_t",
+    "char8_t",
     "class",
+    "co_await",
+    "co_return",
+    "co_yield",
     "compl",
+    "concept",
     "const",
     "const_cast",
+    "consteval",
     "constexpr",
+    "constinit",
     "continue",
     "decltype",
     "default",
@@ -36,6 +43,7 @@ const WORDS: [&str; 97] = [
     "double",
     "dynamic_cast",
     "else",
+    "emit",
     "enum",
     "errno",
     "explicit",
@@ -44,11 +52,14 @@ const WORDS: [&str; 97] = [
     "false",
     "float",
     "for",
+    "foreach",
+    "forever",
     "friend",
     "goto",
     "if",
     "inline",
     "int",
+    "linux",
     "long",
     "major",
     "makedev",
@@ -68,10 +79,13 @@ const WORDS: [&str; 97] = [
     "public",
     "register",
     "reinterpret_cast",
+    "requires",
     "return",
     "short",
+    "signals",
     "signed",
     "sizeof",
+    "slots",
     "static",
     "static_assert",
     "static_cast",
@@ -90,6 +104,7 @@ const WORDS: [&str; 97] = [
     "typeid",
     "typename",
     "union",
+    "unix",
     "unsigned",
     "using",
     "virtual",
@@ -104,6 +119,9 @@ const WORDS: [&str; 97] = [
     "INFINITY",
     "NAN",
     "BUFSIZ",
+    "BIG_ENDIAN",
+    "BYTE_ORDER",
+    "LITTLE_ENDIAN",
 ];
 
 /// Whether a name is a word of C++.
@@ -111,9 +129,14 @@ pub(crate) fn is_word(name: &str) -> bool {
     WORDS.contains(&name)
 }
 
+/// Whether names of this form are those of the framework's headers.
+pub(crate) fn is_of_headers(name: &str) -> bool {
+    name.starts_with("rc_")
+}
+
 /// A name of a description: itself, or as Ice names a word of C++.
 pub(crate) fn own(name: &str) -> String {
-    if is_word(name) {
+    if is_word(name) || is_of_headers(name) {
         format!("_cpp_{name}")
     } else {
         name.to_owned()
@@ -177,6 +200,7 @@ mod tests {
         assert_eq!(own("TLaserData"), "TLaserData");
         assert_eq!(own("class"), "_cpp_class");
         assert_eq!(own("final"), "final");
+        assert_eq!(own("rc_members"), "_cpp_rc_members");
         assert_eq!(snake("getLaserData"), "get_laser_data");
         assert_eq!(snake("Delete"), "_cpp_delete");
         assert_eq!(proxy("DifferentialRobot", false), "differentialrobot_proxy");

@@ -1,4 +1,4 @@
-//! Names of the IDSL that are words of C++, and modules that hide the framework.
+//! Names of the IDSL that are words of C++ or names of the headers, and modules that hide the framework.
 
 use super::names;
 use rc_cdsl::Component;
@@ -18,10 +18,16 @@ pub(super) fn is_namespace(name: &str) -> bool {
 pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     let library = &component.library;
     let mut word = |name: &Name| {
-        if names::is_word(&name.text) {
+        let what = if names::is_word(&name.text) {
+            Some("is a word of C++")
+        } else {
+            names::is_of_headers(&name.text)
+                .then_some("begins as names of the framework's headers do")
+        };
+        if let Some(what) = what {
             let own = names::own(&name.text);
             let message = format!(
-                "`{}` is a word of C++: generated code calls it `{own}`, as Ice does",
+                "`{}` {what}: generated code calls it `{own}`, as Ice does",
                 name.text
             );
             found.push(Diagnostic::warning("word-of-cpp", name.span, message));

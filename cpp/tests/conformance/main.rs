@@ -393,18 +393,25 @@ fn clang_builds_a_component_and_its_test() {
     }
 }
 
-/// Names of an interface that are words of C++ are names of its code all the same. The worker is that of `rcgen new`,
-/// which uses no parameter yet.
+/// Names of an interface that are words of C++ are names of its code all the same, also in a later C++ with the macros of
+/// GNU and of Qt. The worker is that of `rcgen new`, which uses no parameter yet.
 #[test]
 fn words_of_cpp_are_names_of_generated_code() {
+    const FLAGS: [&str; 9] = [
+        "-std=gnu++20",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Demit=",
+        "-Dforeach=for",
+        "-Dforever=for (;;)",
+        "-Dsignals=public",
+        "-Dslots=",
+    ];
     let test = "words_of_cpp_are_names_of_generated_code";
     for compiler in ["g++", "clang++"] {
         if runs(compiler) {
-            package::check(
-                compiler,
-                &["-std=c++17", "-Wall", "-Wextra", "-Wpedantic"],
-                "words",
-            );
+            package::check(compiler, &FLAGS, "words");
         } else {
             let missing = format!("there is no {compiler} in the path");
             rc_test_support::python::skipped(test, &missing);
