@@ -88,6 +88,39 @@ impl Flood {
     }
 }
 
+/// The measurements of both pairs for a row.
+#[derive(Default)]
+struct Compared {
+    ours: Side,
+    theirs: Side,
+    /// Of each block, the ratio of the medians.
+    ratios: Vec<f64>,
+}
+
+impl Compared {
+    /// Measures so many blocks, after one that warms up.
+    fn measure(
+        &mut self,
+        row: &Row,
+        [ours, theirs]: [&mut Pair; 2],
+        blocks: usize,
+        share: f64,
+    ) -> Result<(), Failure> {
+        let median = |mut times: Vec<i64>| quantile(&mut times, 0.5) as f64;
+        for block in 0..=blocks {
+            let mut warming = Self::default();
+            let to = if block == 0 { &mut warming } else { &mut *self };
+            let (ours, theirs) = in_turn(
+                block,
+                || to.ours.block(ours, row, share),
+                || to.theirs.block(theirs, row, share),
+            )?;
+            to.ratios.push(median(ours) / median(theirs));
+        }
+        Ok(())
+    }
+}
+
 impl Peer {
     /// Measures `rows` and prints two tables.
     pub(crate) fn table(
@@ -98,6 +131,36 @@ impl Peer {
         blocks: usize,
         share: f64,
     ) -> Result<Vec<Ratio>, Failure> {
+        let mut all = Vec::new();
+        for row in rows {
+            let mut compared = Compared::default();
+            compared.measure(row, [&mut *ours, &mut *theirs], blocks, share)?;
+            all.push(compared);
+        }
+        Ok(self.print(rows, all))
+    }
+
+    /// [`Peer::table`] over so many starts of both pairs, each with so many blocks. Where the pages of a process lie in
+    /// the caches decides how long it copies an image, and each start has others.
+    pub(crate) fn table_of_starts(
+        self,
+        rows: &[Row],
+        starts: usize,
+        mut start: impl FnMut() -> Result<[Pair; 2], Failure>,
+        blocks: usize,
+        share: f64,
+    ) -> Result<Vec<Ratio>, Failure> {
+        let mut all: Vec<Compared> = rows.iter().map(|_| Compared::default()).collect();
+        for _ in 0..starts {
+            let mut pairs = start()?;
+            for (row, compared) in rows.iter().zip(&mut all) {
+                compared.measure(row, pairs.each_mut(), blocks, share)?;
+            }
+        }
+        Ok(self.print(rows, all))
+    }
+
+    fn print(self, rows: &[Row], all: Vec<Compared>) -> Vec<Ratio> {
         let Self { name, goal } = self;
         println!(
             "| µs | generated p50 | p99 | {name} p50 | p99 | ratio at p50 (goal ≤ {goal:.2}) | middle half of the blocks | n |"
@@ -105,23 +168,12 @@ impl Peer {
         println!("|---|---|---|---|---|---|---|---|");
         let mut ratios_found = Vec::new();
         let mut processor = Vec::new();
-        for row in rows {
-            let (mut a, mut b) = (Side::default(), Side::default());
-            let mut ratios = Vec::new();
-            for block in 0..=blocks {
-                // The first block warms up.
-                if block == 1 {
-                    (a, b) = (Side::default(), Side::default());
-                    ratios.clear();
-                }
-                let (ours, theirs) = in_turn(
-                    block,
-                    || a.block(ours, row, share),
-                    || b.block(theirs, row, share),
-                )?;
-                let median = |mut times: Vec<i64>| quantile(&mut times, 0.5) as f64;
-                ratios.push(median(ours) / median(theirs));
-            }
+        for (row, compared) in rows.iter().zip(all) {
+            let Compared {
+                ours: mut a,
+                theirs: mut b,
+                mut ratios,
+            } = compared;
             let ratio = a.times.quantile(0.5) / b.times.quantile(0.5);
             ratios_found.push(Ratio {
                 what: row.name.to_string(),
@@ -148,7 +200,7 @@ impl Peer {
             println!("| {row} | {a:.1} | {b:.1} | {:.2} |", a / b);
         }
         println!();
-        Ok(ratios_found)
+        ratios_found
     }
 
     /// Measures the throughput at full speed and prints a table. Returns the ratios.

@@ -21,6 +21,8 @@ const KIB: usize = 1024;
 const ICE_GOAL: f64 = 0.45;
 /// The components.
 const COMPONENTS: &str = "bench_cpp";
+/// How often the programs are started for the latencies.
+const STARTS: usize = 10;
 /// How often a duration is measured.
 const RUNS: usize = 5;
 /// The limit of a command.
@@ -39,10 +41,10 @@ fn row(name: &'static str, kind: &'static str, size: usize, count: usize) -> Row
 
 /// Measures everything; `smoke` measures a moment of each, with programs that are not optimised.
 pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
-    let (blocks, share, runs) = if smoke {
-        (2, 0.1, 1)
+    let (starts, blocks, share, runs) = if smoke {
+        (1, 2, 0.1, 1)
     } else {
-        (BLOCKS, 1.0, RUNS)
+        (STARTS, BLOCKS, 1.0, RUNS)
     };
     let profile = if smoke {
         Profile::Dev
@@ -69,18 +71,22 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
         name: "in Rust",
         goal: GOAL,
     };
-    let network = Network::new("cpp")?;
-    let name = network.name.clone();
-    let arguments: [&str; 4] = ["--network", &name, "--log", "error"];
-    let mut ours = Pair::start(
-        [&[], &[]],
-        &programs,
-        [&arguments, &arguments],
-        Some(network),
-    )?;
-    let mut theirs = Pair::generated_with("rust", profile, [&[], &[]])?;
-    let mut good = met(&peer.table(&rows, &mut ours, &mut theirs, blocks, share)?);
-    drop(theirs);
+    let ours = || {
+        let network = Network::new("cpp")?;
+        let name = network.name.clone();
+        let arguments: [&str; 4] = ["--network", &name, "--log", "error"];
+        Pair::start(
+            [&[], &[]],
+            &programs,
+            [&arguments, &arguments],
+            Some(network),
+        )
+    };
+    let both = || {
+        let theirs = Pair::generated_with("rust", profile, [&[], &[]]);
+        Ok([ours()?, theirs?])
+    };
+    let mut good = met(&peer.table_of_starts(&rows, starts, both, blocks / starts, share)?);
     println!();
     match ice {
         Ok(echo) => {
@@ -88,12 +94,11 @@ pub(crate) fn run(smoke: bool) -> Result<(), Failure> {
                 name: "Ice in C++",
                 goal: ICE_GOAL,
             };
-            let mut theirs = Pair::ice(&echo)?;
-            good &= met(&peer.table(&rows[2..], &mut ours, &mut theirs, blocks, share)?);
+            let both = || Ok([ours()?, Pair::ice(&echo)?]);
+            good &= met(&peer.table_of_starts(&rows[2..], starts, both, blocks / starts, share)?);
         }
         Err(missing) => println!("{missing}\n"),
     }
-    drop(ours);
     good &= table([
         generation(profile, runs)?,
         rebuild(runs)?,
