@@ -188,7 +188,7 @@ pub(crate) fn start(guest: Guest, parameters: &[u8]) -> Result<Answer, Answer> {
     let is_managed = program.description.managed;
     let made = Component::initialize(program, guest, session, parameters);
     // The test may start another worker with the session.
-    let failed = |answer: Answer, mut session: Option<Session>| {
+    let failed = |answer: Answer, mut session: Option<Box<Session>>| {
         session::swap(&mut session);
         Err(answer)
     };
@@ -492,6 +492,7 @@ fn answer(slot: usize, number: usize, member: &str) -> Result<(), Answer> {
             numbers: (slot, number),
             name: &member,
             body,
+            has_reply: true,
             ..Call::of(Function::Answer)
         });
         if let Some(Err(error)) = answer.outcome() {

@@ -10,7 +10,7 @@ use crate::call::{Call, Guest};
 use crate::component::Component;
 use crate::context::{self, Get, Set};
 use crate::handles;
-use crate::status::{Answer, INTERNAL};
+use crate::status::{Answer, DONE, INTERNAL};
 use rc_host::Program;
 use rc_runtime::tracing;
 use std::cell::RefCell;
@@ -111,6 +111,7 @@ type RawGuest = unsafe extern "C" fn(*mut c_void, *const RawCall) -> RawAnswer;
 /// Functions in C++ with their object: a worker, or the fakes of a test.
 fn guest(run: RawGuest, object: *mut c_void) -> Guest {
     Box::new(move |call: &Call<'_>| {
+        let has_reply = call.has_reply;
         let call = RawCall {
             function: call.function as i32,
             first: call.numbers.0,
@@ -127,8 +128,12 @@ fn guest(run: RawGuest, object: *mut c_void) -> Guest {
         // function returns, which keeps no pointer, except of an image, which lives until the program drops
         // its number.
         let answer = unsafe { run(object, &raw const call) };
-        // SAFETY: the object keeps the bytes of its answer until its next call.
-        let bytes = unsafe { answer.bytes.to_vec() };
+        let bytes = if answer.status == DONE && !has_reply {
+            Vec::new()
+        } else {
+            // SAFETY: the object keeps the bytes of its answer until its next call.
+            unsafe { answer.bytes.to_vec() }
+        };
         Answer::new(answer.status, answer.number, bytes)
     })
 }
@@ -144,16 +149,21 @@ fn answer(act: impl FnOnce() -> Result<Answer, Answer>) -> RawAnswer {
     let panicked = |_| Answer::new(INTERNAL, 0, "the runtime panicked; its log has the place");
     let answer = acted.unwrap_or_else(|panic| Err(panicked(panic)));
     let answer = answer.unwrap_or_else(|error| error);
-    // A destructor of a thread-local object may ask after the end of this one.
-    let bytes = ANSWER.try_with(|kept| {
-        let mut kept = kept.borrow_mut();
-        *kept = answer.bytes;
-        Bytes::of(&kept)
-    });
+    let bytes = if answer.bytes.is_empty() {
+        Bytes::of(&[])
+    } else {
+        // A destructor of a thread-local object may ask after the end of this one.
+        let bytes = ANSWER.try_with(|kept| {
+            let mut kept = kept.borrow_mut();
+            *kept = answer.bytes;
+            Bytes::of(&kept)
+        });
+        bytes.unwrap_or(Bytes::of(&[]))
+    };
     RawAnswer {
         status: answer.status,
         number: answer.number,
-        bytes: bytes.unwrap_or(Bytes::of(&[])),
+        bytes,
     }
 }
 

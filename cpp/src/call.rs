@@ -57,6 +57,8 @@ pub(crate) struct Call<'c> {
     pub(crate) held: u64,
     /// How a started call has ended: status and number, as of an answer.
     pub(crate) ended: (i32, i64),
+    /// Whether a good answer has bytes that are needed.
+    pub(crate) has_reply: bool,
 }
 
 impl Call<'static> {
@@ -74,6 +76,7 @@ impl Call<'static> {
             image: None,
             held: 0,
             ended: (0, 0),
+            has_reply: false,
         }
     }
 }

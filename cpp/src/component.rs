@@ -28,20 +28,25 @@ use std::time::Duration;
 pub(crate) struct Component {
     program: Arc<Program>,
     schema: Option<Parameters>,
-    /// Not here while a function of the worker runs: it is the session of the thread.
-    session: Option<Session>,
+    running: Running,
     kept: KeptCounts,
-    guest: Guest,
     /// The memory for the next request or sample that has to be copied.
     room: Vec<u8>,
 }
 
+/// The worker in C++ with its session.
+struct Running {
+    /// Not here while a function of the worker runs: it is the session of the thread.
+    session: Option<Box<Session>>,
+    guest: Guest,
+}
+
 /// Makes a session that of the thread while a function of the worker runs. A panic gives it back,
 /// too: the runtime reads the machine for its message.
-pub(crate) struct Entered<'s>(&'s mut Option<Session>);
+pub(crate) struct Entered<'s>(&'s mut Option<Box<Session>>);
 
 impl<'s> Entered<'s> {
-    pub(crate) fn new(session: &'s mut Option<Session>) -> Self {
+    pub(crate) fn new(session: &'s mut Option<Box<Session>>) -> Self {
         // Samples whose last view ended on another thread since the last function.
         drop_abandoned();
         session::swap(session);
@@ -79,15 +84,17 @@ impl Component {
     pub(crate) fn initialize(
         program: Arc<Program>,
         guest: Guest,
-        session: Session,
+        session: Box<Session>,
         parameters: &[u8],
-    ) -> Result<Self, (WorkerError, Option<Session>)> {
+    ) -> Result<Self, (WorkerError, Option<Box<Session>>)> {
         let mut component = Self {
             schema: schema(&program),
-            session: Some(session),
+            running: Running {
+                session: Some(session),
+                guest,
+            },
             kept: KeptCounts::default(),
             program,
-            guest,
             room: Vec::new(),
         };
         let made = component.run(&Call {
@@ -101,21 +108,20 @@ impl Component {
     }
 
     /// Ends the worker. Returns its session.
-    pub(crate) fn end(mut self) -> Option<Session> {
+    pub(crate) fn end(mut self) -> Option<Box<Session>> {
         self.run(&Call::of(Function::End));
         drop_abandoned();
-        self.session.take()
+        self.running.session.take()
     }
 
     /// Its session, between two functions of the worker.
-    pub(crate) fn session(&mut self) -> &mut Option<Session> {
-        &mut self.session
+    pub(crate) fn session(&mut self) -> &mut Option<Box<Session>> {
+        &mut self.running.session
     }
 
     /// Runs a function of the worker.
     fn run(&mut self, call: &Call<'_>) -> Answer {
-        let _entered = Entered::new(&mut self.session);
-        (self.guest)(call)
+        self.running.run(call)
     }
 
     /// Runs a function that takes nothing.
@@ -134,6 +140,19 @@ impl Component {
             Err(error) => rc_runtime::tracing::error!("{name}(): {error}"),
         }
     }
+}
+
+impl Running {
+    /// Runs a function of the worker.
+    fn run(&mut self, call: &Call<'_>) -> Answer {
+        let _entered = Entered::new(&mut self.session);
+        (self.guest)(call)
+    }
+
+    fn core(&mut self) -> &mut Core {
+        let core = self.session.as_mut().and_then(|of| of.core.as_mut());
+        core.expect("the core is away only while a function of the worker runs")
+    }
 
     /// Runs the handler of a request or a sample.
     fn handle(
@@ -145,6 +164,7 @@ impl Component {
     ) -> Result<Answer, HandlerError> {
         let call = Call {
             body,
+            has_reply: operation.wire.two_way,
             ..Call::of_slot(Function::Handle, numbers, member)
         };
         self.handled(&operation.handler, &call)
@@ -176,7 +196,7 @@ impl Component {
             None => Err(failed("the worker has no such function")),
             Some(Err(error)) => {
                 if let WorkerError::Fatal(reason) = &error {
-                    Hooks::core(self).fail(reason);
+                    self.core().fail(reason);
                 }
                 Err(failed(&error.to_string()))
             }
@@ -192,7 +212,7 @@ pub(crate) fn open(
     program: &Arc<Program>,
     core: Core,
     ports: &Ports,
-) -> Result<Session, StartError> {
+) -> Result<Box<Session>, StartError> {
     let mut session = Session::open(program, ports)?;
     session.core = Some(core);
     let machine = program.machine;
@@ -238,13 +258,14 @@ impl Drop for Component {
         // Before the ports of the runtime, which must outlive both.
         self.run(&Call::of(Function::End));
         drop_abandoned();
-        self.session = None;
+        self.running.session = None;
     }
 }
 
 impl Living for Component {
     fn machine(&mut self) -> Option<&mut Parts> {
-        self.session.as_mut()?.machine.as_mut().map(Machine::parts)
+        let session = self.running.session.as_mut()?;
+        session.machine.as_mut().map(Machine::parts)
     }
 
     fn machine_events(&self) -> MachineEvents {
@@ -329,14 +350,14 @@ impl Joined for Component {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        if let Some(session) = &self.session {
+        if let Some(session) = &self.running.session {
             session.count_peers(peers);
         }
     }
 
     fn availability(&mut self, slot: usize) -> Option<(&Parts, &[u16])> {
         let states = self.program.slots.get(slot)?.available.as_deref()?;
-        let machine = self.session.as_mut()?.machine.as_mut()?.parts();
+        let machine = self.running.session.as_mut()?.machine.as_mut()?.parts();
         (!states.is_empty()).then_some((&*machine, states))
     }
 
@@ -346,8 +367,8 @@ impl Joined for Component {
         member: Option<&Member>,
         request: &mut Request<'_>,
     ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let operations = program
+        let operations = self
+            .program
             .slots
             .get(slot)
             .map_or(&[][..], |slot| &slot.operations);
@@ -360,7 +381,7 @@ impl Joined for Component {
         let body = request.arguments(&operation.wire, |reader| {
             bodies::read(&operation.request, reader, &mut room)
         })?;
-        let handled = self.handle((slot, number), member, operation, body);
+        let handled = self.running.handle((slot, number), member, operation, body);
         self.room = reusable(room);
         let answer = match handled {
             Ok(answer) => answer,
@@ -384,15 +405,14 @@ impl Joined for Component {
         operation: usize,
         sample: rc_runtime::Sample<'_>,
     ) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
-        let described = program.operation(slot, operation);
+        let described = self.program.operation(slot, operation);
         let described =
             described.ok_or_else(|| HandlerError("the slot has no such topic".to_owned()))?;
         let numbers = (slot, operation);
         if !described.in_place {
             let mut room = std::mem::take(&mut self.room);
             let body = bodies::read(&described.request, &mut sample.reader(), &mut room)?;
-            let handled = self.handle(numbers, member, described, body);
+            let handled = self.running.handle(numbers, member, described, body);
             self.room = reusable(room);
             return handled.map(drop);
         }
@@ -403,7 +423,7 @@ impl Joined for Component {
             }
             Body::Borrowed(_) | Body::Value(_) => Image::read(described, &mut sample.reader())?,
         };
-        self.view(numbers, member, described, image)
+        self.running.view(numbers, member, described, image)
     }
 
     fn keeps(&self, slot: usize, operation: usize) -> bool {
@@ -469,7 +489,7 @@ impl Joined for Component {
     }
 
     fn collected(&mut self, number: usize, samples: &[Collected]) -> Result<(), HandlerError> {
-        let program = Arc::clone(&self.program);
+        let program = &*self.program;
         let collect = program.collects.get(number);
         let collect =
             collect.ok_or_else(|| HandlerError("there is no such collection".to_owned()))?;
@@ -489,13 +509,14 @@ impl Joined for Component {
             body,
             ..Call::of_slot(Function::Collected, (number, 0), None)
         };
-        self.handled(collect.name, &call).map(drop)
+        self.running.handled(collect.name, &call).map(drop)
     }
 }
 
 impl Hooks for Component {
     fn parts(&mut self) -> &mut Parts {
-        let machine = self.session.as_mut().and_then(|of| of.machine.as_mut());
+        let session = self.running.session.as_mut();
+        let machine = session.and_then(|of| of.machine.as_mut());
         machine
             .expect(
                 "a step runs only where there is a machine, which is here between two functions",
@@ -504,8 +525,7 @@ impl Hooks for Component {
     }
 
     fn core(&mut self) -> &mut Core {
-        let core = self.session.as_mut().and_then(|of| of.core.as_mut());
-        core.expect("the core is away only while a function of the worker runs")
+        self.running.core()
     }
 
     fn guard(&mut self, guard: u16) -> bool {
@@ -537,7 +557,7 @@ impl Hooks for Component {
 
     fn during(&mut self, state: u16) -> Result<(), WorkerError> {
         self.of_machine(Function::During, state).unwrap_or_else(|| {
-            let session = self.session.as_mut();
+            let session = self.running.session.as_mut();
             if let Some(machine) = session.and_then(|of| of.machine.as_mut()) {
                 machine.no_during();
             }
@@ -550,7 +570,7 @@ impl Component {
     /// The client of an asynchronous slot, or of the member of an array of them.
     fn client(&mut self, slot: usize, member: Option<&Member>) -> Option<&mut TypedClient> {
         let number = member.map_or(slot, Member::slot);
-        self.session.as_mut()?.client(number).ok()
+        self.running.session.as_mut()?.client(number).ok()
     }
 
     /// `None` if the worker does not have the function.

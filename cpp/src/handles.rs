@@ -7,7 +7,6 @@ use rc_host::{Aligned, HostError, Image, Lent};
 use rc_middleware::CallError;
 use rc_middleware::typed::{Call, CallId};
 use rc_values::{Struct, ValueError, check_image};
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// One of them. Its drop ends it.
@@ -39,13 +38,26 @@ pub(crate) enum LoanMemory {
 
 struct Handles {
     last: u64,
-    all: BTreeMap<u64, Held>,
+    /// In the order of their numbers. A program holds few, mostly for a short time.
+    all: Vec<(u64, Held)>,
 }
 
 static HANDLES: Mutex<Handles> = Mutex::new(Handles {
     last: 0,
-    all: BTreeMap::new(),
+    all: Vec::new(),
 });
+
+impl Handles {
+    fn get(&self, number: u64) -> Option<&Held> {
+        let at = self.all.binary_search_by_key(&number, |(of, _)| *of).ok()?;
+        Some(&self.all[at].1)
+    }
+
+    fn remove(&mut self, number: u64) -> Option<Held> {
+        let at = self.all.binary_search_by_key(&number, |(of, _)| *of).ok()?;
+        Some(self.all.remove(at).1)
+    }
+}
 
 fn handles() -> MutexGuard<'static, Handles> {
     HANDLES.lock().unwrap_or_else(PoisonError::into_inner)
@@ -56,7 +68,7 @@ pub(crate) fn hold(held: Held) -> u64 {
     let mut handles = handles();
     handles.last += 1;
     let number = handles.last;
-    handles.all.insert(number, held);
+    handles.all.push((number, held));
     number
 }
 
@@ -78,7 +90,7 @@ pub(crate) fn hold_image(ty: &Struct, mut image: Image) -> Result<(u64, Bytes), 
 
 /// Ends it. An unknown number is one that has ended.
 pub(crate) fn drop_held(number: u64) {
-    let held = handles().all.remove(&number);
+    let held = handles().remove(number);
     // Without the lock: the drop may give memory back to a middleware.
     drop(held);
 }
@@ -89,13 +101,13 @@ pub(crate) fn drop_held(number: u64) {
 /// It was sent, or this is not the thread of its publisher.
 pub(crate) fn take_loan(number: u64) -> Result<Option<Loan>, HostError> {
     let mut handles = handles();
-    if let Some(Held::Loan(loan)) = handles.all.get(&number)
+    if let Some(Held::Loan(loan)) = handles.get(number)
         && let LoanMemory::Lent(lent) = &loan.memory
         && !lent.is_here()
     {
         return Err(HostError::WrongThread);
     }
-    Ok(match handles.all.remove(&number) {
+    Ok(match handles.remove(number) {
         Some(Held::Loan(loan)) => Some(loan),
         _ => None,
     })
@@ -106,7 +118,7 @@ pub(crate) fn with_call<T>(
     number: u64,
     use_it: impl FnOnce(&Call<Answer, CallError>) -> T,
 ) -> Option<T> {
-    match handles().all.get(&number) {
+    match handles().get(number) {
         Some(Held::Call(call)) => Some(use_it(call)),
         _ => None,
     }

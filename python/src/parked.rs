@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicU64;
 
 /// The state that waits for a bench while another one, or none, has the thread.
 pub(crate) struct Parked {
-    pub(crate) session: Option<Session>,
+    pub(crate) session: Option<Box<Session>>,
     /// The first exception of an answer, for the caller of the worker's function.
     pub(crate) failure: Option<PyErr>,
     /// Counts the loans of each topic.

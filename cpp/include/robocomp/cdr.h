@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -59,9 +60,15 @@ struct is_struct<T, std::void_t<decltype(std::declval<T&>().rc_members())>> : st
 template <class T>
 inline constexpr bool is_number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
+// Small bodies, which are the most, take no memory of the heap.
 class Writer {
  public:
-  rc_bytes bytes() const { return {buffer_.data(), buffer_.size()}; }
+  Writer() = default;
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  rc_bytes bytes() const { return {data_, size_}; }
+  void clear() { size_ = 0; }
 
   template <class... Members>
   void members(const std::tuple<Members...>& all) {
@@ -139,18 +146,30 @@ class Writer {
       for (std::size_t at = 0; at < count; ++at) put(items[at]);
     }
   }
+  // Sizes are powers of two.
   void align(std::size_t size) {
-    const std::size_t aligned = (buffer_.size() + size - 1) / size * size;
-    if (aligned != buffer_.size()) buffer_.resize(aligned);
+    while (size_ % size != 0) append("", 1);
   }
   void append(const void* data, std::size_t size) {
-    // Most bodies take one allocation.
-    if (buffer_.capacity() == 0) buffer_.reserve(std::max<std::size_t>(size, 256));
-    const auto* bytes = static_cast<const std::uint8_t*>(data);
-    buffer_.insert(buffer_.end(), bytes, bytes + size);
+    if (size == 0) return;
+    if (size > capacity_ - size_) grow(size);
+    std::memcpy(data_ + size_, data, size);
+    size_ += size;
+  }
+  void grow(std::size_t size) {
+    const std::size_t capacity = std::max(size_ + size, 2 * capacity_);
+    std::unique_ptr<std::uint8_t[]> larger(new std::uint8_t[capacity]);
+    std::memcpy(larger.get(), data_, size_);
+    large_ = std::move(larger);
+    data_ = large_.get();
+    capacity_ = capacity;
   }
 
-  std::vector<std::uint8_t> buffer_;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = sizeof small_;
+  std::uint8_t* data_ = small_;
+  std::unique_ptr<std::uint8_t[]> large_;
+  std::uint8_t small_[256];
 };
 
 class Reader {

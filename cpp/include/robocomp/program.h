@@ -190,10 +190,7 @@ class Program {
   static rc_answer call(void* object, const rc_call* raw) noexcept {
     auto& self = *static_cast<Program*>(object);
     const detail::InWorker marked;
-    // A started call is the worker's.
-    const std::uint64_t held = raw->function == RC_HANDLE ? raw->held : 0;
-    self.call_.emplace(detail::Call{
-        detail::text(raw->name), detail::Reader(raw->body), *raw, detail::Held(held), RC_DONE, 0, {}});
+    self.call_.emplace(*raw);
     try {
       self.dispatch(*raw);
       return {self.call_->status, self.call_->number, self.call_->reply.bytes()};

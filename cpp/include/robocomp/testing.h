@@ -68,8 +68,7 @@ class Answers {
 
   static rc_answer call(void* object, const rc_call* raw) noexcept {
     auto& self = *static_cast<Answers*>(object);
-    const auto call = std::make_shared<Call>(
-        Call{text(raw->name), Reader(raw->body), *raw, Held(), RC_DONE, 0, {}});
+    const auto call = std::make_shared<Call>(*raw);
     // An answer may call further fakes.
     self.call_ = call;
     try {

@@ -37,9 +37,14 @@ namespace detail {
 
 // A call of a function of the worker, and its answer.
 struct Call {
+  // A started call is the worker's.
+  explicit Call(const rc_call& call)
+      : name(text(call.name)), body(call.body), raw(call), held(call.function == RC_HANDLE ? call.held : 0) {}
+
   std::string name;
   Reader body;
-  rc_call raw;
+  // Lives while the function runs.
+  const rc_call& raw;
   // The sample in place, until the argument of the handler has it.
   Held held;
   std::int32_t status = RC_DONE;
@@ -177,7 +182,7 @@ void guarded(Call& call, const Run& run, Throws<First, Rest...>) {
   } catch (const First& thrown) {
     call.status = RC_EXCEPTION;
     call.number = First::rc_id;
-    call.reply = Writer();
+    call.reply.clear();
     call.reply.members(thrown.rc_members());
   }
 }

@@ -57,7 +57,7 @@ pub(crate) fn open(
         notifier.announce_transient_local();
     }
     Ok(SharedPublisher {
-        address: address.to_string(),
+        address: address.to_string().into(),
         session: Arc::clone(session),
         _late_joiners: late_joiners,
         port,
@@ -68,7 +68,7 @@ pub(crate) fn open(
 
 /// The publisher of a topic.
 pub(crate) struct SharedPublisher {
-    address: String,
+    address: Arc<str>,
     _late_joiners: Option<LateJoinerThread>,
     port: Arc<PublisherPort>,
     topic: TopicService,
@@ -119,7 +119,7 @@ impl SharedPublisher {
         let (ports, types) = (EventPorts::Topic(publishers), Some(&endpoint.types));
         let notifier = Notifier::open(session, &name, ports, types)?;
         Ok(Self {
-            address: endpoint.address.to_string(),
+            address: endpoint.address.to_string().into(),
             _late_joiners: None,
             port: Arc::new(port),
             topic,
@@ -130,7 +130,7 @@ impl SharedPublisher {
 
     fn failed(&self, error: &dyn Debug) -> SendError {
         SendError::Backend {
-            address: self.address.clone(),
+            address: self.address.to_string(),
             reason: format!("{error:?}"),
         }
     }
@@ -176,7 +176,7 @@ impl Publisher for SharedPublisher {
             .loan_slice_uninit(length)
             .map_err(|error| self.failed(&error))?;
         Ok(Some(Box::new(KeptLoan {
-            address: self.address.clone(),
+            address: Arc::clone(&self.address),
             sample: memory::sample(sample),
             notifier: Arc::clone(&self.notifier),
             session: Arc::clone(&self.session),
@@ -194,7 +194,7 @@ impl Publisher for SharedPublisher {
 
 /// A sample that is being written in place, and does not borrow its publisher.
 struct KeptLoan {
-    address: String,
+    address: Arc<str>,
     sample: Sample,
     notifier: Arc<Notifier>,
     /// Dropped after everything above.

@@ -70,6 +70,16 @@ impl TypedPublisher {
         self.forward_with(0, write)
     }
 
+    /// Sends one sample that is a body of CDR, which the caller has checked against its type.
+    pub fn publish_body(&mut self, body: &[u8]) -> Result<(), SendError> {
+        if !self.gate.is_open() {
+            self.withheld.next();
+            return Ok(());
+        }
+        let header = header(&self.operation, &self.sent, 0);
+        self.port.publish(header, body)
+    }
+
     /// [`TypedPublisher::publish_with`] for a sample that another publisher sent at `sent`, by
     /// [`Header::sent`], so that it keeps its age; 0 means now.
     pub fn forward_with(

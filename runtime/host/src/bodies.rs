@@ -109,18 +109,20 @@ pub fn ended(operation: &Operation, ended: Ended<'_>) -> Result<Reply, CallError
     ended.read(|case, reader| reply(operation, case, reader))?
 }
 
-/// Publishes a sample on the topic of an operation.
+/// Publishes a sample on the topic of an operation. A small one is sent as it is, if it is checked at once.
 ///
 /// # Errors
 /// As of [`query`].
 pub fn publish(
     slot: usize,
     number: usize,
-    operation: &Operation,
     sample: &[u8],
 ) -> Result<Result<(), SendError>, HostError> {
     with(|session| {
-        let publisher = session.publisher(slot, number)?;
+        let (operation, publisher) = session.topic(slot, number)?;
+        if let Some(body) = rc_values::borrow(&operation.request, &mut Reader::new(sample)) {
+            return Ok(publisher.publish_body(body));
+        }
         Ok(publisher.publish_with(|writer| {
             write(&operation.request, sample, &operation.name, writer);
         }))

@@ -1,7 +1,7 @@
 //! Everything that a worker reaches through its context: on its thread, while one of its functions
 //! runs.
 
-use crate::description::{Program, Slot};
+use crate::description::{Operation, Program, Slot};
 use crate::error::HostError;
 use crate::lent::drop_abandoned;
 use rc_middleware::OpenError;
@@ -77,7 +77,7 @@ pub struct Session {
 }
 
 thread_local! {
-    static SESSION: RefCell<Option<Session>> = const { RefCell::new(None) };
+    static SESSION: RefCell<Option<Box<Session>>> = const { RefCell::new(None) };
 }
 
 impl Session {
@@ -86,11 +86,12 @@ impl Session {
         self.ports.know_frames(places);
     }
 
-    /// Opens the sending ends of all slots that are not arrays.
+    /// Opens the sending ends of all slots that are not arrays. The session is boxed, because each function of a worker
+    /// may move it to the thread and back.
     ///
     /// # Errors
     /// A middleware refuses one.
-    pub fn open(program: &Arc<Program>, ports: &Ports) -> Result<Self, OpenError> {
+    pub fn open(program: &Arc<Program>, ports: &Ports) -> Result<Box<Self>, OpenError> {
         let slots = program.slots.iter().enumerate();
         let ends = slots.map(|(at, slot)| {
             if slot.is_array {
@@ -102,14 +103,14 @@ impl Session {
             }
             Ends::open(slot, at, ports, at)
         });
-        Ok(Self {
+        Ok(Box::new(Self {
             core: None,
             machine: None,
             ends: ends.collect::<Result<_, _>>()?,
             time: ports.time_source(),
             program: Arc::clone(program),
             ports: Ports::clone(ports),
-        })
+        }))
     }
 
     /// Opens a member of the array with this number.
@@ -147,7 +148,7 @@ impl Session {
     }
 
     /// Makes it the session of this thread.
-    pub fn begin(self) {
+    pub fn begin(self: Box<Self>) {
         SESSION.set(Some(self));
     }
 
@@ -181,6 +182,23 @@ impl Session {
         topic.ok_or_else(|| HostError::no_such("publisher", slot))
     }
 
+    /// A topic of a slot that publishes: its description and its publisher.
+    ///
+    /// # Errors
+    /// The slot has no such topic.
+    pub(crate) fn topic(
+        &mut self,
+        slot: usize,
+        operation: usize,
+    ) -> Result<(&Operation, &mut TypedPublisher), HostError> {
+        let ends = self.ends.get_mut(slot);
+        let topic = ends.and_then(|ends| {
+            let described = self.program.operation(ends.described, operation)?;
+            Some((described, ends.publishers.get_mut(operation)?))
+        });
+        topic.ok_or_else(|| HostError::no_such("publisher", slot))
+    }
+
     /// Samples that the worker may await within a turn.
     pub fn early_samples(&self) -> EarlySamples {
         self.ports.early_samples().clone()
@@ -204,7 +222,7 @@ impl Session {
 /// Exchanges the session of this thread for another one, and says whether it did: not while a call
 /// uses it. A test has several components on one thread, and a component may keep its session while none
 /// of its functions runs.
-pub fn swap(other: &mut Option<Session>) -> bool {
+pub fn swap(other: &mut Option<Box<Session>>) -> bool {
     SESSION.with(|session| match session.try_borrow_mut() {
         Ok(mut session) => {
             std::mem::swap(&mut *session, other);
