@@ -6,9 +6,13 @@ use std::io;
 use std::path::Path;
 
 /// A text in the code of an old worker, and what takes its place.
-const GONE: [(&str, &str); 20] = [
+const GONE: [(&str, &str); 22] = [
     (
         "QTimer",
+        "the runtime runs compute() once a period; remove the timer",
+    ),
+    (
+        "timer.start",
         "the runtime runs compute() once a period; remove the timer",
     ),
     (
@@ -30,6 +34,10 @@ const GONE: [(&str, &str); 20] = [
     (
         "G->",
         "no shared world in C++; write this worker in Rust or Python (`world`), or ask a component that has it",
+    ),
+    (
+        "InnerModel",
+        "no tree of InnerModel in C++; call the component `inner_model`, or write this worker in Rust or Python",
     ),
     (
         "IceStorm",

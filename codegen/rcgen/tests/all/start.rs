@@ -224,7 +224,8 @@ fn a_component_of_robocomp() {
     std::fs::create_dir(old.join("src")).expect("a folder");
     std::fs::write(
         old.join("src/specificworker.cpp"),
-        b"// QTimer f\xfcr\nvoid SpecificWorker::initialize()\n{\n    connect(&timer, SIGNAL(timeout()), this, SLOT(compute()));\n}\n",
+        b"// QTimer f\xfcr\nvoid SpecificWorker::initialize()\n{\n    connect(&timer, SIGNAL(timeout()), this, SLOT(compute()));\n    timer.start(Period);\n    \
+          InnerModel tree;\n}\n",
     )
     .expect("to write");
     let cdsl = |name: &str, language: &str| {
@@ -256,6 +257,8 @@ fn a_component_of_robocomp() {
     let lines = [
         "4: `SIGNAL(`: no signals of Qt",
         "4: `SLOT(`: no slots of Qt",
+        "5: `timer.start`: the runtime runs compute() once a period",
+        "6: `InnerModel`: no tree of InnerModel in C++",
     ];
     for line in lines {
         assert!(
