@@ -1,4 +1,4 @@
-//! An archive in the format of tar (ustar, with GNU's records of long names), as `tar -x` reads it.
+//! Archives in the format of tar (ustar, with GNU's records of long names), as `tar -x` reads them.
 
 use std::ffi::OsStr;
 use std::fs::File;
@@ -12,6 +12,8 @@ const BLOCK: usize = 512;
 const NAME: usize = 100;
 /// The unit in which `tar` reads: a shorter end would let it wait for more.
 const RECORD: u64 = 10_240;
+/// A file up to this length is read before it is sent, and an archive begins to be sent at this length.
+const READ_WHOLE: u64 = 4 << 20;
 
 /// One entry.
 #[derive(Debug)]
@@ -29,8 +31,8 @@ pub(super) enum Content {
         size: u64,
         executable: bool,
     },
-    /// These bytes.
-    Text(Vec<u8>),
+    /// A file with these bytes.
+    Bytes { bytes: Vec<u8>, executable: bool },
     /// A link to this path.
     Link(PathBuf),
 }
@@ -39,14 +41,86 @@ impl Content {
     fn size(&self) -> u64 {
         match self {
             Self::File { size, .. } => *size,
-            Self::Text(text) => text.len() as u64,
+            Self::Bytes { bytes, .. } => bytes.len() as u64,
             Self::Link(_) => 0,
         }
     }
 }
 
+impl Entry {
+    /// Reads the file, which may have changed since it was listed; `None` if it is gone. A long one gets
+    /// the length that it has now.
+    fn read(self) -> io::Result<Option<Self>> {
+        let Content::File {
+            from, executable, ..
+        } = self.content
+        else {
+            return Ok(Some(self));
+        };
+        let read = || -> io::Result<(Vec<u8>, u64)> {
+            let file = File::open(&from)?;
+            let mut bytes = Vec::new();
+            (&file).take(READ_WHOLE + 1).read_to_end(&mut bytes)?;
+            Ok((bytes, file.metadata()?.len()))
+        };
+        let (bytes, size) = match read() {
+            Err(error) if is_gone(&error) => return Ok(None),
+            read => read.map_err(|error| {
+                io::Error::new(
+                    error.kind(),
+                    format!("cannot read {}: {error}", from.display()),
+                )
+            })?,
+        };
+        let content = if bytes.len() as u64 <= READ_WHOLE {
+            Content::Bytes { bytes, executable }
+        } else {
+            Content::File {
+                from,
+                size,
+                executable,
+            }
+        };
+        let path = self.path;
+        Ok(Some(Self { path, content }))
+    }
+}
+
+/// Whether somebody has removed a file, or a folder above it.
+pub(super) fn is_gone(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::NotFound
+}
+
+/// Sends the entries in archives, each after a line with its length, and `0` after the last one. Files may
+/// be written and removed meanwhile.
+///
+/// # Errors
+/// A file cannot be read, a long one becomes shorter while it is sent, or `out` refuses.
+pub(super) fn send(entries: Vec<Entry>, out: &mut impl Write) -> io::Result<()> {
+    let mut batch = Vec::new();
+    let mut length = 0;
+    let mut entries = entries.into_iter();
+    loop {
+        let next = entries.next();
+        let is_last = next.is_none();
+        if let Some(entry) = next.map(Entry::read).transpose()?.flatten() {
+            length += BLOCK as u64 + entry.content.size();
+            batch.push(entry);
+        }
+        if !batch.is_empty() && (is_last || length >= READ_WHOLE) {
+            out.write_all(format!("{}\n", size(&batch)).as_bytes())?;
+            write(&batch, out)?;
+            batch.clear();
+            length = 0;
+        }
+        if is_last {
+            return out.write_all(b"0\n");
+        }
+    }
+}
+
 /// The length of the archive.
-pub(super) fn size(entries: &[Entry]) -> u64 {
+fn size(entries: &[Entry]) -> u64 {
     let long = |path: &Path| match path.as_os_str().len() {
         length if length > NAME => BLOCK as u64 + padded(length as u64 + 1, BLOCK as u64),
         _ => 0,
@@ -54,7 +128,7 @@ pub(super) fn size(entries: &[Entry]) -> u64 {
     let sizes = entries.iter().map(|entry| {
         let link = match &entry.content {
             Content::Link(to) => long(to),
-            Content::File { .. } | Content::Text(_) => 0,
+            Content::File { .. } | Content::Bytes { .. } => 0,
         };
         let content = padded(entry.content.size(), BLOCK as u64);
         long(&entry.path) + link + BLOCK as u64 + content
@@ -66,7 +140,7 @@ pub(super) fn size(entries: &[Entry]) -> u64 {
 ///
 /// # Errors
 /// A file cannot be read or has another length by now, or `out` refuses.
-pub(super) fn write(entries: &[Entry], out: &mut impl Write) -> io::Result<()> {
+fn write(entries: &[Entry], out: &mut impl Write) -> io::Result<()> {
     let mut out = Counted { out, count: 0 };
     for entry in entries {
         let path = entry.path.as_os_str();
@@ -87,10 +161,10 @@ pub(super) fn write(entries: &[Entry], out: &mut impl Write) -> io::Result<()> {
                     return Err(io::Error::other(message));
                 }
             }
-            Content::Text(text) => {
-                let size = text.len() as u64;
-                out.write_all(&header(path, OsStr::new(""), b'0', size, false))?;
-                out.write_all(text)?;
+            Content::Bytes { bytes, executable } => {
+                let size = bytes.len() as u64;
+                out.write_all(&header(path, OsStr::new(""), b'0', size, *executable))?;
+                out.write_all(bytes)?;
             }
             Content::Link(to) => {
                 let to = to.as_os_str();
@@ -186,7 +260,10 @@ mod tests {
         let deep = format!("{}/{}", "a".repeat(90), "b".repeat(90));
         let text = |path: &str, text: &str| Entry {
             path: path.into(),
-            content: Content::Text(text.into()),
+            content: Content::Bytes {
+                bytes: text.into(),
+                executable: false,
+            },
         };
         let entries = [
             text("src/main.rs", "fn main() {}\n"),
@@ -234,6 +311,42 @@ mod tests {
             std::os::unix::fs::PermissionsExt::mode(&run.permissions()) & 0o777,
             0o700
         );
+    }
+
+    #[test]
+    fn files_are_sent_as_they_are_by_now() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let listed = |name: &str| Entry {
+            path: name.into(),
+            content: Content::File {
+                from: folder.path().join(name),
+                size: 6,
+                executable: true,
+            },
+        };
+        let now = |name: &str, bytes: Vec<u8>| {
+            std::fs::write(folder.path().join(name), &bytes).expect("a file");
+            Entry {
+                path: name.into(),
+                content: Content::Bytes {
+                    bytes,
+                    executable: true,
+                },
+            }
+        };
+        let long = vec![b'x'; READ_WHOLE as usize + 1];
+        let first = [now("short", b"short".into()), now("long", long)];
+        let second = [now("last", b"grown by now".into())];
+        let mut wanted = Vec::new();
+        for archive in [&first[..], &second] {
+            wanted.extend(format!("{}\n", size(archive)).as_bytes());
+            write(archive, &mut wanted).expect("it is written");
+        }
+        wanted.extend(b"0\n");
+        let mut sent = Vec::new();
+        let entries = ["short", "gone", "long", "last"].map(listed);
+        send(entries.into(), &mut sent).expect("it is sent");
+        assert!(sent == wanted);
     }
 
     #[test]

@@ -134,16 +134,13 @@ fn talk(
         .filter(is_missing)
         .map(|(_, entry)| entry)
         .collect();
-    let size = archive::size(&entries);
     let count = entries.iter().filter(is_file).count();
     if count > 0 {
         print_error(format_args!(
             "rcdeploy: {name}: {count} files of sources are copied"
         ));
     }
-    out.write_all(format!("{size}\n").as_bytes())
-        .map_err(lost)?;
-    archive::write(&entries, &mut out).map_err(lost)?;
+    archive::send(entries, &mut out).map_err(lost)?;
     said(&mut output.input)?;
     let run = run(order, &places);
     print_error(format_args!(
@@ -222,13 +219,12 @@ impl Places {
         mirrored(&self.there, path)
     }
 
-    /// The entries of the archive with all sources, each with its hash in the list.
+    /// The entries of all sources, each with its hash in the list. Somebody may have removed a file meanwhile.
     fn files(
         &self,
         sources: &Sources,
         known: &mut KnownHashes,
     ) -> Result<Vec<(String, Entry)>, String> {
-        let relative = |path: &Path| mirrored(Path::new(""), path);
         let mut entries = Vec::new();
         for source in &sources.files {
             let (Source::File(path) | Source::Link(path, _)) = source;
@@ -244,31 +240,39 @@ impl Places {
             let entry = match source {
                 Source::Link(path, to) => {
                     let content = Content::Link(self.path(to));
-                    let path = relative(path);
+                    let path = mirrored(Path::new(""), path);
                     (LINK.to_owned(), Entry { path, content })
                 }
-                Source::File(from) => {
-                    let cannot =
-                        |error: io::Error| format!("cannot read {}: {error}", from.display());
-                    let path = relative(from);
-                    if let Some(text) = self.rewritten(from).map_err(cannot)? {
-                        let hash = hash(text.as_bytes());
-                        let content = Content::Text(text.into_bytes());
-                        entries.push((hash, Entry { path, content }));
-                        continue;
+                Source::File(from) => match self.file(from, known) {
+                    Err(error) if archive::is_gone(&error) => continue,
+                    entry => {
+                        entry.map_err(|error| format!("cannot read {}: {error}", from.display()))?
                     }
-                    let file = describe(from, Some(known), &mut || Ok(())).map_err(cannot)?;
-                    let content = Content::File {
-                        from: from.clone(),
-                        size: file.size,
-                        executable: file.executable,
-                    };
-                    (file.hash, Entry { path, content })
-                }
+                },
             };
             entries.push(entry);
         }
         Ok(entries)
+    }
+
+    /// The entry of a file, with its hash.
+    fn file(&self, from: &Path, known: &mut KnownHashes) -> io::Result<(String, Entry)> {
+        let path = mirrored(Path::new(""), from);
+        if let Some(text) = self.rewritten(from)? {
+            let hash = hash(text.as_bytes());
+            let content = Content::Bytes {
+                bytes: text.into_bytes(),
+                executable: false,
+            };
+            return Ok((hash, Entry { path, content }));
+        }
+        let file = describe(from, Some(known), &mut || Ok(()))?;
+        let content = Content::File {
+            from: from.to_path_buf(),
+            size: file.size,
+            executable: file.executable,
+        };
+        Ok((file.hash, Entry { path, content }))
     }
 
     /// The text of a file whose absolute paths of this machine become those of the host: a manifest, a
@@ -503,8 +507,8 @@ fn explain(host: &Host, why: &str, complaint: &str) -> String {
     told
 }
 
-/// What the host runs. It receives the two lists of the files, an archive of those that are missing, and the
-/// commands, each after a line with its length. `list` is the name of the list of the files.
+/// What the host runs. It receives the two lists of the files, archives of those that are missing, `0`, and
+/// the commands, each but the `0` after a line with its length. `list` is the name of the list of the files.
 ///
 /// The links of the last build go first: a folder may be in the place of one now, and its files must not
 /// be compared and written through the link.
@@ -538,7 +542,8 @@ sha256sum -c {list} 2>/dev/null | sed -n "s/\(.*\): FAILED.*/\1/p" > .missing
 kill "$s"; wait "$s" 2>/dev/null
 cat .missing
 say missing
-read -r n && head -c "$n" | tar -xmf - || exit 1
+while read -r n && [ "$n" != 0 ]; do head -c "$n" | tar -xmf - || exit 1; done
+[ "$n" = 0 ] || exit 1
 modes() {{ while IFS= read -r p; do [ ! -f "$p" ] || [ -h "$p" ] || chmod "$1" -- "$p"; done; }}
 if [ -f {list}.x ]; then sort {list}.x > .old; sort .x.new > .new; comm -23 .old .new | modes 600; fi
 mv .x.new {list}.x && modes 700 < {list}.x

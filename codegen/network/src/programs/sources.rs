@@ -121,13 +121,22 @@ impl Walk {
         let named = |error: io::Error| {
             io::Error::new(error.kind(), format!("{}: {error}", folder.display()))
         };
-        let real = folder.canonicalize().map_err(named)?;
+        let read = || -> io::Result<(PathBuf, Vec<DirEntry>)> {
+            let real = folder.canonicalize()?;
+            let entries: io::Result<_> = folder.read_dir()?.collect();
+            Ok((real, entries?))
+        };
+        let (real, mut entries) = match read() {
+            // Somebody has removed it meanwhile.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && !above.is_empty() => {
+                return Ok(());
+            }
+            read => read.map_err(named)?,
+        };
         if above.contains(&real) {
             return Ok(());
         }
         above.push(real);
-        let entries = folder.read_dir().and_then(Iterator::collect);
-        let mut entries: Vec<DirEntry> = entries.map_err(named)?;
         entries.sort_by_key(DirEntry::file_name);
         for entry in entries {
             let (path, name) = (entry.path(), entry.file_name());
@@ -142,7 +151,6 @@ impl Walk {
                 }
             }
             let file = match path.metadata() {
-                // Somebody has removed it meanwhile.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 file => file.map_err(named)?,
             };

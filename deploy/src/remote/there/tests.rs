@@ -6,7 +6,10 @@ use std::process::{Command, Stdio};
 /// A file with a content, or a link to a path.
 fn entry(path: &str, text: Option<&str>, to: &Path) -> (String, Entry) {
     let content = match text {
-        Some(text) => Content::Text(text.into()),
+        Some(text) => Content::Bytes {
+            bytes: text.into(),
+            executable: false,
+        },
         None => Content::Link(to.to_path_buf()),
     };
     let hash = text.map_or(LINK.to_owned(), |text| hash(text.as_bytes()));
@@ -18,13 +21,13 @@ fn entry(path: &str, text: Option<&str>, to: &Path) -> (String, Entry) {
 fn round(home: &Path, list: &str, files: Vec<(String, Entry)>) -> Vec<String> {
     let lists = lists(&files);
     let entries: Vec<Entry> = files.into_iter().map(|(_, entry)| entry).collect();
-    exchange(home, list, &lists, &entries)
+    exchange(home, list, lists, entries)
 }
 
 /// What a host with this home prints when it gets these lists, and these entries.
-fn exchange(home: &Path, list: &str, lists: &str, entries: &[Entry]) -> Vec<String> {
-    let mut sent = format!("{lists}{}\n", archive::size(entries)).into_bytes();
-    archive::write(entries, &mut sent).expect("an archive");
+fn exchange(home: &Path, list: &str, lists: String, entries: Vec<Entry>) -> Vec<String> {
+    let mut sent = lists.into_bytes();
+    archive::send(entries, &mut sent).expect("archives");
     sent.extend(b"5\ntrue\n");
     let mut shell = Command::new("sh")
         .args(["-c", &script("own", list)])
@@ -140,7 +143,12 @@ fn a_file_that_becomes_executable_is_so_on_the_host() {
     round(home.path(), ".list-a", files(false));
     assert_eq!(mode("ws/run it"), 0o600);
     for executable in [true, true, false] {
-        let said = exchange(home.path(), ".list-a", &lists(&files(executable)), &[]);
+        let said = exchange(
+            home.path(),
+            ".list-a",
+            lists(&files(executable)),
+            Vec::new(),
+        );
         assert!(!said.iter().any(|line| line.starts_with("ws/")), "{said:?}");
         assert_eq!(mode("ws/run it"), if executable { 0o700 } else { 0o600 });
         assert_eq!(mode("ws/lib.rs"), 0o600);
