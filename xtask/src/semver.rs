@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 
 const NAME: &str = "cargo-semver-checks";
 const VERSION: &str = "0.51.0";
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const USAGE: &str = "usage: cargo xtask semver [--since REVISION] [--package NAME]…";
 /// Settings of a developer's cargo that are not those of the published crates.
 const UNSTABLE: [&str; 3] = ["CARGO_UNSTABLE_", "CARGO_RESOLVER_", "__CARGO_TEST_"];
@@ -137,7 +137,7 @@ fn unpack(revision: &str, to: &Path) -> Result<(), String> {
 }
 
 /// What cargo says of the packages of a workspace.
-fn metadata(root: &Path) -> Result<Value, String> {
+pub(crate) fn metadata(root: &Path) -> Result<Value, String> {
     let mut cargo = cargo(root);
     cargo.args(["metadata", "--no-deps", "--format-version", "1"]);
     serde_json::from_str(&output(&mut cargo)?).map_err(|error| format!("cargo metadata: {error}"))

@@ -5,7 +5,9 @@ use crate::checkout;
 use crate::programs::{self, lines};
 use crate::report::{Block, ENDED, Report};
 use crate::timings::Timings;
-use crate::{cargo, cargo_command, outcome};
+use crate::{cargo, cargo_command, outcome, semver};
+use serde_json::Value;
+use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::time::Instant;
 
@@ -233,7 +235,30 @@ fn printed(mut command: Command) -> std::io::Result<ExitStatus> {
 /// Runs the examples in documentation, crate after crate.
 fn examples() -> Result<(), String> {
     let words = ["test", "--workspace", "--no-fail-fast", "--doc"];
-    outcome(&words, printed(cargo_command(&words, &[])))
+    let metadata = semver::metadata(Path::new(semver::ROOT))?;
+    let mut command = cargo_command(&words, &[]);
+    for name in without_examples(&metadata) {
+        command.args(["--exclude", name]);
+    }
+    outcome(&words, printed(command))
+}
+
+/// The packages of components, and of programs for tests and benchmarks, that have no examples. `--doc` would
+/// compile them once more, with the features of their tests, and start rustdoc for each, also with
+/// `doctest = false`. Other packages add features to those that have examples.
+fn without_examples(metadata: &Value) -> Vec<&str> {
+    let root = metadata["workspace_root"].as_str().unwrap_or_default();
+    let folders = ["components", "deploy/tests", "xtask/bench"].map(|of| Path::new(root).join(of));
+    let packages = metadata["packages"].as_array().into_iter().flatten();
+    let without = packages.filter(|package| {
+        let manifest = Path::new(package["manifest_path"].as_str().unwrap_or_default());
+        let mut targets = package["targets"].as_array().into_iter().flatten();
+        folders.iter().any(|folder| manifest.starts_with(folder))
+            && !targets.any(|target| target["doctest"] == true)
+    });
+    without
+        .filter_map(|package| package["name"].as_str())
+        .collect()
 }
 
 /// Reads hostile images, and changes shared pages, under Miri, which detects undefined behaviour. The

@@ -151,3 +151,22 @@ fn output_and_errors_are_one_stream_that_ends_with_the_program() {
     let killed = Command::new("kill").args(&seen).status();
     assert!(killed.expect("kill").success(), "{seen:?}");
 }
+
+#[test]
+fn packages_of_components_and_tests_are_left_out_if_they_have_no_examples() {
+    let package = |name: &str, folder: &str, doctest: bool| {
+        let manifest = format!("/ws/{folder}/Cargo.toml");
+        serde_json::json!({
+            "name": name, "manifest_path": manifest,
+            "targets": [{"doctest": doctest}, {"doctest": false}]
+        })
+    };
+    let metadata = serde_json::json!({"workspace_root": "/ws", "packages": [
+        package("eye", "components/eye", false),
+        package("shown", "components/shown", true),
+        package("peer", "xtask/bench/peer", false),
+        package("features", "runtime/features", false),
+        package("runtime", "runtime", true),
+    ]});
+    assert_eq!(without_examples(&metadata), ["eye", "peer"]);
+}
