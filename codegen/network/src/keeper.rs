@@ -76,17 +76,15 @@ fn parameters(world: &World, loader: &dyn Loader) -> Vec<Parameter> {
         path: Name::new(name, span),
         value: ParameterValue::One(Literal { kind, span }),
     };
-    let file = |name: &str, text: &str, span: Span| {
-        let path = std::path::absolute(world.folder.join(text));
-        let path = path.unwrap_or_else(|_| world.folder.join(text));
-        one(name, LiteralKind::String(shown(&path)), span)
-    };
+    let file =
+        |name: &str, path: &Path, span: Span| one(name, LiteralKind::String(absolute(path)), span);
     let mut all = Vec::new();
     if let Some(schema) = &world.schema {
         let found = loader.find(&world.folder.join("network.ddsl"), &schema.text, "gdsl");
         // A schema that is not found comes with the tools.
         all.push(match found {
-            Ok(found) => file("schema", &shown(&found.path), schema.span),
+            // The loader has joined the folder already.
+            Ok(found) => file("schema", &found.path, schema.span),
             Err(_) => one(
                 "schema",
                 LiteralKind::String(schema.text.clone()),
@@ -95,18 +93,19 @@ fn parameters(world: &World, loader: &dyn Loader) -> Vec<Parameter> {
         });
     }
     if let Some(start) = &world.start {
-        all.push(file("start", &start.text, start.span));
+        all.push(file("start", &world.folder.join(&start.text), start.span));
     }
     if let Some((keep, each)) = &world.keep {
         let each = u64::try_from(each.as_nanos()).unwrap_or(u64::MAX);
-        all.push(file("keep", &keep.text, keep.span));
+        all.push(file("keep", &world.folder.join(&keep.text), keep.span));
         all.push(one("each", LiteralKind::Duration(each), keep.span));
     }
     all
 }
 
-fn shown(path: &Path) -> String {
-    paths::normal(path).display().to_string()
+fn absolute(path: &Path) -> String {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    paths::normal(&absolute).display().to_string()
 }
 
 #[cfg(test)]
@@ -141,5 +140,31 @@ mod tests {
             let project = project.unwrap_or_else(|| panic!("{found:?}"));
             assert_eq!(shares_any(&project), wanted, "{module}");
         }
+    }
+
+    /// The loader joins the folder of the network with the schema: once is enough, also where that folder is relative.
+    #[test]
+    fn a_schema_beside_a_relative_folder_is_found() {
+        let span = Span::new(SourceMap::new().add("n.ddsl", ""), 0, 0);
+        let world = World {
+            name: Name::new("g", span),
+            doc: Vec::new(),
+            folder: "src/../tests".into(),
+            schema: Some(Name::new("../../../components/interfaces/home.gdsl", span)),
+            start: None,
+            keep: None,
+        };
+        let all = parameters(&world, &FileLoader::new(&[]));
+        let ParameterValue::One(Literal {
+            kind: LiteralKind::String(path),
+            ..
+        }) = &all[0].value
+        else {
+            panic!("{all:?}")
+        };
+        assert!(
+            Path::new(path).is_absolute() && Path::new(path).is_file(),
+            "{path}"
+        );
     }
 }
