@@ -14,7 +14,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The interfaces that come with this program, so that it works wherever it is installed.
-const SHIPPED: [(&str, &str); 27] = [
+const SHIPPED: [(&str, &str); 29] = [
     (
         "BatteryStatus.idsl",
         include_str!("../../components/interfaces/BatteryStatus.idsl"),
@@ -76,6 +76,10 @@ const SHIPPED: [(&str, &str); 27] = [
         include_str!("../../components/interfaces/JointMotor.idsl"),
     ),
     (
+        "Kinematics.idsl",
+        include_str!("../../components/interfaces/Kinematics.idsl"),
+    ),
+    (
         "Laser.idsl",
         include_str!("../../components/interfaces/Laser.idsl"),
     ),
@@ -106,6 +110,10 @@ const SHIPPED: [(&str, &str); 27] = [
     (
         "TouchSensor.idsl",
         include_str!("../../components/interfaces/TouchSensor.idsl"),
+    ),
+    (
+        "TransformPub.idsl",
+        include_str!("../../components/interfaces/TransformPub.idsl"),
     ),
     (
         "Ultrasound.idsl",
