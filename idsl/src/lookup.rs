@@ -132,7 +132,9 @@ impl ModuleResolver<'_> {
                             let words = Primitive::idsl_words().map(|(word, _)| word);
                             let types = reachable.iter().flat_map(|m| &library.module(*m).types);
                             let types = types.map(|t| library.ty(*t).name.text.as_str());
-                            rc_diagnostics::nearest(wanted, words.chain(["string"]).chain(types))
+                            // A word in the place of a type may be a misspelled pattern, too.
+                            let others = ["string", "command", "query", "publish"];
+                            rc_diagnostics::nearest(wanted, words.chain(others).chain(types))
                         } else {
                             None
                         };

@@ -164,6 +164,8 @@ pub struct Solver {
     pub inverses: Vec<Inverse>,
     /// Its settings.
     pub settings: Vec<Setting>,
+    /// Whether all of its text was understood.
+    pub is_whole: bool,
 }
 
 /// `payload NAME at FRAME`: a mass that the caller says.

@@ -184,6 +184,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
         passive: Vec::new(),
         inverses: Vec::new(),
         settings: Vec::new(),
+        is_whole: true,
     };
     for part in pair.into_inner() {
         let span = trimmed(r, &part);
@@ -277,6 +278,7 @@ fn solver(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Solver {
                     "payload" => Rule::payload,
                     _ => Rule::motion,
                 };
+                solver.is_whole = false;
                 skipped(r, &part, &OUTPUTS, rule);
             }
             _ => {}
@@ -470,8 +472,8 @@ fn driven(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<OutputKind> 
 }
 
 rc_syntax::language!("`Kinematics NAME { … };`", words: [], HAS_DURATIONS = false, {
-    file | kinematics => "`Kinematics`",
-    import => "`import`",
+    file | kinematics | kw_kinematics => "`Kinematics`",
+    import | kw_import => "`import`",
     solver => "`solver`",
     motion => "`pose`, `jacobian`, `velocity` or `acceleration`",
     whole => "`efforts`, `mass_matrix`, `accelerations` or an output of loops",

@@ -29,6 +29,9 @@ const MOST_NUMBERS: usize = 20_000;
 /// The most joints that the algorithms of all solvers of a file pass. Each takes some tens of operations.
 const MOST_STEPS: usize = 20_000;
 
+/// What is not told of a solver with text that was not understood: what it lacks may stand there.
+const FOLLOWS: [&str; 3] = ["without-effect", "empty-solver", "missing-period"];
+
 /// Loads one `.kdsl` text with its robot, or an `.ilk` text with the constants of its robot. `None` if nothing is readable. Use the cell only if no
 /// diagnostic is an error.
 pub fn load(
@@ -60,6 +63,7 @@ pub fn load(
         choices,
         bodies: robot.links().map(|(at, name)| (name, at)).collect(),
         loops: Vec::new(),
+        has_loops: !kinematics.loops.is_empty(),
         found,
         steps: 0,
         postures: BTreeMap::new(),
@@ -83,10 +87,15 @@ pub fn load(
             continue;
         }
         known.extend(names.map(|of| (of, name.span)));
+        let before = std::mem::take(&mut resolver.found);
         match solver.inverses.first() {
             Some(asked) => inverses.extend(resolver.inverse(solver, asked)),
             None => solvers.extend(resolver.solver(solver)),
         }
+        let told = std::mem::replace(&mut resolver.found, before).into_iter();
+        resolver
+            .found
+            .extend(told.filter(|told| solver.is_whole || !FOLLOWS.contains(&told.code)));
     }
     let found = resolver.found;
     let name = kinematics.name.text.clone();
@@ -106,6 +115,8 @@ struct Resolver<'r> {
     /// The places of bodies by name.
     bodies: HashMap<&'r str, usize>,
     loops: Vec<Loop<'r>>,
+    /// Whether the file declares any, also with errors.
+    has_loops: bool,
     found: Diagnostics,
     /// The joints that all solvers so far pass.
     steps: usize,

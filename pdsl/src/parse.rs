@@ -102,7 +102,11 @@ fn habit(before: &str, from: &str) -> Option<String> {
         '=' => Some(format!("{order}: `{name} {ty} VALUE;`")),
         '[' => Some("a range has no brackets, as in `0:1`".to_owned()),
         '0'..='9' if from.contains("..") => Some("a range has a colon, as in `0:1`".to_owned()),
-        _ => unit_of_number(before, from),
+        _ => unit_of_number(before, from).or_else(|| {
+            let end = from.find(|c: char| !c.is_alphanumeric() && c != '_');
+            let near = rc_diagnostics::nearest(&from[..end.unwrap_or(from.len())], FLAGS);
+            near.map(|flag| format!("did you mean `{flag}`?"))
+        }),
     }
 }
 

@@ -32,14 +32,21 @@ pub(crate) fn syntax_error<R: Language>(
         .find(|c: char| !(c.is_alphanumeric() || c == '_'))
         .unwrap_or(found.len())
         .max(found.chars().next().map_or(0, char::len_utf8));
-    let mut expected: Vec<&'static str> = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => {
-            positives.iter().filter_map(|r| r.description()).collect()
-        }
-        ErrorVariant::CustomError { .. } => Vec::new(),
+    let rules: &[R] = match &error.variant {
+        ErrorVariant::ParsingError { positives, .. } => positives,
+        ErrorVariant::CustomError { .. } => &[],
     };
+    let described = rules.iter().filter_map(|rule| rule.description());
+    let mut expected: Vec<String> = described.map(str::to_owned).collect();
+    let mut keywords: Vec<String> = rules.iter().filter_map(keyword).collect();
+    if expected.is_empty() {
+        expected.extend(keywords.iter().map(|word| format!("`{word}`")));
+    }
     expected.sort_unstable();
     expected.dedup();
+    if rules.contains(&R::FILE) {
+        keywords.push("import".to_owned());
+    }
     let what = if length == 0 {
         "the end of the file".to_owned()
     } else {
@@ -57,6 +64,14 @@ pub(crate) fn syntax_error<R: Language>(
     };
     let span = Span::new(source, at, at + length);
     let diagnostic = Diagnostic::error("syntax-error", span, message);
+    let words = expected
+        .iter()
+        .flat_map(|text| text.split('`').skip(1).step_by(2));
+    let words = words.chain(keywords.iter().map(String::as_str));
+    let near = rc_diagnostics::nearest(
+        &found[..length],
+        words.filter(|word| is_word(word) && *word != &found[..length]),
+    );
     Some(if let Some(help) = help_for(&text[at..]) {
         diagnostic.help(help)
     } else if is_inside_name(text, at) {
@@ -64,16 +79,29 @@ pub(crate) fn syntax_error<R: Language>(
     } else if piece.trim_start().starts_with("unsigned ") {
         diagnostic.help("write `uint16`, `uint32` or `uint64` instead of an `unsigned` type")
     } else {
-        diagnostic
+        diagnostic.did_you_mean(&found[..length], near)
     })
 }
 
-/// Whether the character at `at` joins two words, as in `my-robot`.
+/// The word that a rule such as `kw_import` matches.
+fn keyword<R: Language>(rule: &R) -> Option<String> {
+    format!("{rule:?}").strip_prefix("kw_").map(str::to_owned)
+}
+
+fn is_word(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// Whether the character at `at` joins two words, as in `my-robot` and `arm-2`.
 fn is_inside_name(text: &str, at: usize) -> bool {
     let mut rest = text[at..].chars();
+    let before = text[..at]
+        .rsplit(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .next();
     rest.next() == Some('-')
-        && rest.next().is_some_and(char::is_alphabetic)
-        && text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')
+        && rest.next().is_some_and(char::is_alphanumeric)
+        && before.is_some_and(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))
 }
 
 /// What to write instead of text of other languages, which begins with a character that no language

@@ -112,8 +112,8 @@ fn errors_outside_clauses() {
     check_file(
         "Componet C { };",
         &expect![[r#"
-        c.cdsl:1:1: error[syntax-error]: expected `Component`, found `Componet`
-    "#]],
+            c.cdsl:1:1: error[syntax-error]: expected `Component`, found `Componet` (did you mean `Component`?)
+        "#]],
     );
     check_file(
         "Component { };",
@@ -290,7 +290,7 @@ fn the_version_of_python_is_checked() {
         USED,
         "language rust;\npython \"3.12\" vnev;\nperiod 5ms;",
         &expect![[r#"
-            c.cdsl:6:15: error[syntax-error]: expected `;` or `venv`, found `vnev`
+            c.cdsl:6:15: error[syntax-error]: expected `;` or `venv`, found `vnev` (did you mean `venv`?)
         "#]],
     );
     check(
@@ -384,7 +384,7 @@ fn states_and_events_are_checked() {
         "language rust; statemachine \"m.smdsl\" { extrnal go; };",
         &expect![[r#"
             c.cdsl:3:30: error[syntax-error]: expected a name or a value, found `;`
-            c.cdsl:5:41: error[syntax-error]: expected `}`, found `extrnal`
+            c.cdsl:5:41: error[syntax-error]: expected `}`, found `extrnal` (did you mean `external`?)
         "#]],
     );
 }

@@ -279,8 +279,8 @@ fn query(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<Query> {
 }
 
 rc_syntax::language!("`Domain NAME { … };`", words: [], {
-    file | domain => "`Domain`",
-    import => "`import`",
+    file | domain | kw_domain => "`Domain`",
+    import | kw_import => "`import`",
     entity => "`entity`",
     relation => "`relation`",
     require => "`require`",

@@ -102,11 +102,15 @@ impl Parser<'_> {
 
     fn expected<T>(&self, what: &str) -> Result<T> {
         let span = self.span();
+        let text = &self.text[span.start..span.end];
         let found = match self.peek() {
             Token::End => "the end of the query".to_owned(),
-            _ => format!("`{}`", foreign::clean(&self.text[span.start..span.end])),
+            _ => format!("`{}`", foreign::clean(text)),
         };
-        self.error("query-syntax", format!("expected {what}, found {found}"))
+        let message = format!("expected {what}, found {found}");
+        let words = what.split('`').skip(1).step_by(2);
+        let near = rc_diagnostics::nearest(text, words.filter(|word| word.len() > 2));
+        Err(Diagnostic::error("query-syntax", span, message).did_you_mean(text, near))
     }
 
     fn is_word(&self, word: &str) -> bool {

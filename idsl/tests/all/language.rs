@@ -123,8 +123,8 @@ fn errors_outside_declarations() {
     check_file(
         "Module M { };",
         &expect![[r#"
-        m.idsl:1:1: error[syntax-error]: expected `module`, found `Module`
-    "#]],
+            m.idsl:1:1: error[syntax-error]: expected `module`, found `Module` (did you mean `module`?)
+        "#]],
     );
     check_file(
         "module { };",

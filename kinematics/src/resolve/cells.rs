@@ -360,10 +360,13 @@ impl Resolver<'_> {
             _ => return Ok(None),
         };
         if rows == 0 {
-            let message = "there is no loop".to_owned();
-            let error = Diagnostic::error("bad-loop", output.span, message);
-            self.found
-                .push(error.help("write `loop NAME { FRAME = FRAME; };` before the solvers"));
+            // Of a loop with an error, that error is told.
+            if !self.has_loops {
+                let message = "there is no loop".to_owned();
+                let error = Diagnostic::error("bad-loop", output.span, message);
+                self.found
+                    .push(error.help("write `loop NAME { FRAME = FRAME; };` before the solvers"));
+            }
             return Err(());
         }
         Ok(Some(found))

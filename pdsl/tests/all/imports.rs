@@ -63,7 +63,7 @@ fn unresolved_and_useless_imports_are_reported() {
             c.pdsl:2:8: error[import-not-found]: cannot find `nothing`; searched in memory (copy the file into one of these folders, or pass its folder with `-I DIR`)
             c.pdsl:4:8: warning[unused-import]: duplicate import `bus.pdsl`; first imported here at c.pdsl:3:8
             c.pdsl:5:8: warning[unused-import]: `empty.pdsl` declares nothing
-            broken.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `ComponentParam`
+            broken.pdsl:1:1: error[syntax-error]: expected `ComponentParams`, found `ComponentParam` (did you mean `ComponentParams`?)
         "#]],
     );
 }

@@ -241,7 +241,7 @@ fn syntax_errors_are_reported() {
     check(
         "m { initial_state a; states b; transitions { a => b; }; };\n:a paralel { states c; };\n: { states d; };\n:b { initial_state e; states f; transitions { e => g, F; }; };",
         &expect![[r#"
-            m.smdsl:2:4: error[syntax-error]: expected `parallel` or `{`, found `paralel`
+            m.smdsl:2:4: error[syntax-error]: expected `parallel` or `{`, found `paralel` (did you mean `parallel`?)
             m.smdsl:3:3: error[syntax-error]: expected a name, found `{`
             m.smdsl:4:55: error[unknown-state]: unknown state `F` (did you mean `f`?)
         "#]],

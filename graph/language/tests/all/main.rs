@@ -100,7 +100,7 @@ fn domains_of_this_crate_are_right() {
         assert!(builtin(name).is_some());
         let formatted = rc_syntax::format(text, STYLE);
         if std::env::var_os("UPDATE_EXPECT").is_some() {
-            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../domains");
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/domains");
             std::fs::write(format!("{path}/{name}"), formatted).expect("a file");
         } else {
             assert_eq!(formatted, text, "{name} is not formatted");
