@@ -170,6 +170,8 @@ impl Component<'_> {
                 &[("transition", "str"), ("reason", "str")],
             ));
         }
+        let of_world = self.world.iter().flat_map(World::hooks);
+        all.extend(of_world.map(|(name, more)| handlers::of_hook(name, &more)));
         for suffix in self.machine.iter().flat_map(Machine::suffixes) {
             let hooks = ["entry", "exit", "during"].map(|what| format!("{what}_{suffix}"));
             all.extend(hooks.iter().map(|name| handlers::of_hook(name, &[])));

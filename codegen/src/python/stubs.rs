@@ -248,7 +248,7 @@ fn one_line(signature: &str) -> String {
     line.trim_end_matches(':').to_owned()
 }
 
-/// Notes functions that look like handlers of a slot, and are none.
+/// Notes functions that look like handlers of a slot, or like others that a worker may have, and are none.
 fn stale(
     component: &Component,
     line: &[&Class],
@@ -259,20 +259,27 @@ fn stale(
     found: &mut Diagnostics,
 ) {
     let hooks = component.hooks();
-    for method in line.iter().flat_map(|class| class.methods()) {
+    let methods = || line.iter().flat_map(|class| class.methods());
+    let lacks = |name: &str| methods().all(|method| method.name != name);
+    let lacking: Vec<&str> = hooks
+        .iter()
+        .map(|hook| hook.name.as_str())
+        .filter(|name| lacks(name))
+        .collect();
+    for method in methods() {
         let name = &method.name;
         let is_known =
             known.contains(&name.as_str()) || hooks.iter().any(|hook| hook.name == *name);
         let looks = component
             .handler_prefixes()
             .any(|prefix| name.starts_with(&prefix));
-        if is_known || !looks {
+        let missing = missing.iter().map(|(name, _)| name.as_str());
+        let near = rc_diagnostics::nearest(name, missing.chain(lacking.iter().copied()));
+        if is_known || !looks && near.is_none() {
             continue;
         }
-        let missing = missing.iter().map(|(name, _)| name.as_str());
         let message =
-            format!("`{name}` serves nothing: no slot or state has a function of this name");
-        let near = rc_diagnostics::nearest(name, missing);
+            format!("`{name}` serves nothing: no slot, state or world has a function of this name");
         let help = near.map_or("remove it, or give it another name".to_owned(), |near| {
             format!("is it `{near}` now?")
         });

@@ -84,6 +84,13 @@ impl World<'_> {
     pub(super) fn reads(&self) -> bool {
         !self.handlers.is_empty()
     }
+
+    /// The functions that the worker may have, each with its argument and the type of that.
+    pub(super) fn hooks(&self) -> impl Iterator<Item = (&str, [(&str, &str); 1])> {
+        let changes = self.handlers.iter();
+        let changes = changes.map(|of| (of.name.as_str(), [("change", of.class.as_str())]));
+        changes.chain([("overruled", [("value", "Overruled")])])
+    }
 }
 
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {

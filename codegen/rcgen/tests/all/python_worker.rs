@@ -153,7 +153,7 @@ fn a_worker_that_does_not_fit_is_reported() {
         src/specific_worker.py:12:1: error[missing-handlers]: `SpecificWorker` lacks `watch_forget` (`rcgen stubs guard.cdsl` prints what is missing)
         src/specific_worker.py:15:5: error[handler-signature]: `initialize` takes other arguments: (self) (needed now: `def initialize(self, ctx: Context) -> None`)
         src/specific_worker.py:21:5: error[handler-signature]: `watch_look` has the type `str` where `float` is needed (needed now: `def watch_look(self, ctx: Context, care: float) -> LookAnswer`)
-        src/specific_worker.py:24:5: note[stale-handler]: `watch_forgot` serves nothing: no slot or state has a function of this name (is it `watch_forget` now?)
+        src/specific_worker.py:24:5: note[stale-handler]: `watch_forgot` serves nothing: no slot, state or world has a function of this name (is it `watch_forget` now?)
         src/specific_worker.py:27:5: error[handler-signature]: `others_raised` is a coroutine, which is never awaited (needed now: `def others_raised(self, ctx: Context, picture: Picture) -> None`)
     "]]
     .assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
@@ -173,6 +173,26 @@ fn a_worker_that_does_not_fit_is_reported() {
     );
     let (_, said) = guard.run(&["check", "--format", "short", "guard.cdsl"]);
     assert!(said.contains("warning[dependency-differs]"), "{said}");
+}
+
+/// A worker may leave these functions out, so a misspelled one would just never run.
+#[test]
+fn a_misspelled_function_is_noted() {
+    let guard = Guard::new();
+    let domain = "Domain w { entity room { name string; }; };";
+    fs::write(guard.path().join("w.gdsl"), domain).expect("a domain");
+    guard.replace(
+        "guard.cdsl",
+        "language python",
+        "world \"w.gdsl\" as g; language python",
+    );
+    guard.replace(
+        WORKER,
+        "    def compute(",
+        "    def room_chnaged(self, ctx: Context, change: RoomChange) -> None:\n        pass\n\n    def compute(",
+    );
+    guard.replace(WORKER, "def initialize(", "def initialise(");
+    expect![[""]].assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
 }
 
 #[test]
