@@ -192,7 +192,10 @@ fn a_misspelled_function_is_noted() {
         "    def room_chnaged(self, ctx: Context, change: RoomChange) -> None:\n        pass\n\n    def compute(",
     );
     guard.replace(WORKER, "def initialize(", "def initialise(");
-    expect![[""]].assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
+    expect![[r"
+        src/specific_worker.py:15:5: note[stale-handler]: `initialise` serves nothing: no slot, state or world has a function of this name (is it `initialize` now?)
+        src/specific_worker.py:18:5: note[stale-handler]: `room_chnaged` serves nothing: no slot, state or world has a function of this name (is it `room_changed` now?)
+    "]].assert_eq(&guard.run(&["check", "--format", "short", "guard.cdsl"]).1);
 }
 
 #[test]
