@@ -105,7 +105,10 @@ pub(crate) fn parse(
             Long("wait") => wait = Some(seconds(&parser.value()?.string()?)?),
             Long("help") | Short('h') => return Ok(Task::Print(help(description))),
             Long("version") | Short('V') => return Ok(Task::Print(version(description))),
-            other => return Err(format!("{}; see --help", other.unexpected()).into()),
+            other => {
+                let near = nearest_option(description, &other);
+                return Err(format!("{}; {near}see --help", other.unexpected()).into());
+            }
         }
     }
     for (middleware, option, given) in of_nodes {
@@ -437,6 +440,18 @@ fn version(description: &Description) -> String {
         ..
     } = description;
     format!("{name} (model {model_hash:016x}, {middleware})\n")
+}
+
+/// Names the option of the help that is most like an unknown one.
+fn nearest_option(description: &Description, unknown: &lexopt::Arg<'_>) -> String {
+    let Long(unknown) = unknown else {
+        return String::new();
+    };
+    let help = help(description);
+    let options = help.split_whitespace();
+    let options = options.filter_map(|word| word.strip_prefix("--"));
+    let near = rc_diagnostics::nearest(unknown, options);
+    near.map_or_else(String::new, |near| format!("did you mean `--{near}`? "))
 }
 
 fn help(description: &Description) -> String {

@@ -154,9 +154,9 @@ fn number(machine: Option<&MachineRecord>, event: &str) -> Result<u16, Error> {
         "is not an event of this component"
     };
     let near = rc_diagnostics::nearest(event, external.iter().copied());
-    let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-    Err(refuse(format!(
-        "`{event}` {what}{near}; expected one of `{}`",
-        external.join("`, `")
-    )))
+    let instead = near.map_or_else(
+        || format!("expected one of `{}`", external.join("`, `")),
+        |near| format!("did you mean `{near}`?"),
+    );
+    Err(refuse(format!("`{event}` {what}; {instead}")))
 }
