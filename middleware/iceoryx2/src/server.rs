@@ -10,8 +10,8 @@ use crate::process_monitor::ProcessMonitor;
 use crate::prompt;
 use crate::service::{EventPorts, calls, refusal};
 use crate::session::Session;
-use iceoryx2::port::ReceiveError as PortError;
 use iceoryx2::port::port_name::PortName;
+use iceoryx2::port::{LoanError, ReceiveError as PortError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression};
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::server::ServerCreateError;
@@ -29,7 +29,8 @@ use std::time::Duration;
 /// Largest reply in bytes. Each reply reserves address space of this size, and uses memory as far
 /// as it is written. Memory that grows would need 1.6 MB of bookkeeping for every client.
 const LARGEST_REPLY: usize = 64 << 20;
-/// Upper limit of replies at a time: each client has at most one in its queue and one borrowed.
+/// The most replies that wait until their clients receive them. Each call of each client could have one:
+/// these would reserve 64 GiB of addresses for each server, and some kernels have 512 GiB for a process.
 const MAX_REPLIES: usize = 3 * MAX_READERS;
 
 /// Attempts to replace a dead server, and the pause between two.
@@ -202,9 +203,12 @@ impl Replies {
 
     fn send(&self, header: Header, reply: SharedReply<'_>) -> Result<(), ReceiveError> {
         let length = reply.body.len();
+        let unsent = |reason: String| {
+            self.failed(format!("a reply of {length} bytes was not sent: {reason}"))
+        };
         let failed = |error: &dyn Debug| {
-            self.failed(format!(
-                "a reply of {length} bytes was not sent (the limit is {LARGEST_REPLY}): {error:?}"
+            unsent(format!(
+                "iceoryx2 says {error:?} (the limit is {LARGEST_REPLY} bytes)"
             ))
         };
         let encoding = if reply.loan_is_reply {
@@ -225,7 +229,12 @@ impl Replies {
             None if length == 0 => Ok(()),
             None => {
                 let loan = reply.request.loan_slice_uninit(length);
-                let mut loan = loan.map_err(|error| failed(&error))?;
+                let mut loan = loan.map_err(|error| match error {
+                    LoanError::OutOfMemory => unsent(format!(
+                        "{MAX_REPLIES} replies wait until their clients receive them; look for clients that have stopped"
+                    )),
+                    error => failed(&error),
+                })?;
                 *loan.user_header_mut() = header;
                 let loan = loan.write_from_slice(reply.body);
                 loan.send().map_err(|error| failed(&error))

@@ -304,6 +304,8 @@ fn explain(error: &impl Debug) -> String {
         "an endpoint of a smaller depth created it; start the endpoint of the greatest depth first"
     } else if text.contains("ExceedsMax") {
         "too many endpoints of this kind are open"
+    } else if text.contains("OverflowBehavior") {
+        "a program of another version of the framework created it; build all programs of the network again"
     } else {
         return format!("iceoryx2 says {text}");
     };

@@ -2,8 +2,8 @@
 
 use crate::processes::Network;
 use iceoryx2::prelude::{
-    Config, FileName, Node, NodeBuilder, Path, SemanticString, ServiceName, SignalHandlingMode,
-    ZeroCopySend, ipc,
+    AttributeSpecifier, Config, FileName, Node, NodeBuilder, Path, SemanticString, ServiceName,
+    SignalHandlingMode, ZeroCopySend, ipc,
 };
 use rc_conformance::network::{LIMIT, endpoint, header};
 use rc_middleware::{Gaps, wait};
@@ -22,6 +22,16 @@ struct Header1 {
     type_hash: u64,
     sequence: u64,
     sent: u64,
+}
+
+/// The user header of each request, as documented there.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("RcRequestHeader1")]
+#[repr(C)]
+#[repr(align(16))]
+struct RequestHeader1 {
+    message: Header1,
+    client: [u8; 16],
 }
 
 /// A node in `network`.
@@ -128,4 +138,33 @@ fn an_unreadable_header_is_counted_once() {
         }
     }
     assert_eq!((got, lost, errors), (5, 2, 2));
+}
+
+/// A program of an older version has other settings of a service.
+#[test]
+fn a_service_of_another_version_is_refused_with_what_helps() {
+    let network = Network::new("ov");
+    let motor = endpoint("default/Motor");
+    let backend = network.join("server");
+    let node = node(&network);
+    let name = ServiceName::new("default/Motor").expect("a name");
+    let types = motor.types.to_string();
+    let types = AttributeSpecifier::new().define(
+        &"rc.types".try_into().expect("a key"),
+        &types.as_str().try_into().expect("a value"),
+    );
+    let _older = node
+        .service_builder(&name)
+        .request_response::<[u8], [u8]>()
+        .request_user_header::<RequestHeader1>()
+        .response_user_header::<Header1>()
+        .enable_safe_overflow_for_responses(false)
+        .create_with_attributes(&types.expect("attributes"))
+        .expect("a service");
+    let refused = backend.server(&motor).err().expect("to be refused");
+    let said = refused.to_string();
+    assert!(
+        said.contains("build all programs of the network again"),
+        "{said}"
+    );
 }

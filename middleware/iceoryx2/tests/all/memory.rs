@@ -3,6 +3,7 @@
 use rc_conformance::network::{
     LIMIT, StopOnDrop, endpoint, header, keep_last, receive, serve_until, until,
 };
+use rc_middleware::qos::STARTED_CALLS;
 use rc_middleware::{
     Backend, Encoding, Environment, KEPT_SAMPLES, RunDirectory, Settings, WakeEvent,
 };
@@ -40,8 +41,13 @@ fn join(directory: &RunDirectory) -> Box<dyn Backend> {
 
 impl Drop for Network {
     fn drop(&mut self) {
-        rc_iceoryx2::wipe(&self.0).expect("to wipe");
-        self.0.remove().expect("to remove");
+        let wiped = rc_iceoryx2::wipe(&self.0);
+        let removed = self.0.remove();
+        // A second panic would end the program, and all tests with it.
+        if !std::thread::panicking() {
+            wiped.expect("to wipe");
+            removed.expect("to remove");
+        }
     }
 }
 
@@ -232,4 +238,64 @@ fn a_kept_sample_outlives_its_subscriber() {
     kept.clear();
     let publisher = backend.publisher(&at).expect("a publisher");
     until("the subscriber is gone", || publisher.peers() == 1);
+}
+
+/// Clients that receive no replies have a limited number of them. The error names the cause, and calls
+/// go on once they receive.
+#[test]
+fn the_number_of_waiting_replies_is_limited() {
+    let network = Network::new("wr");
+    let (backend, at) = (&network.1, endpoint("default/Motor"));
+    let mut server = backend.server(&at).expect("a server");
+    let mut clients: Vec<_> = (0..=192 / STARTED_CALLS)
+        .map(|_| backend.client(&at).expect("a client"))
+        .collect();
+    let mut serve = |count: usize| -> Vec<String> {
+        let mut errors = Vec::new();
+        let mut served = 0;
+        until("the requests are served", || {
+            match server.serve(&mut |_, body, reply| reply.body().extend_from_slice(body)) {
+                Ok(came) => served += usize::from(came),
+                Err(error) => {
+                    served += 1;
+                    errors.push(error.to_string());
+                }
+            }
+            served == count
+        });
+        errors
+    };
+    let count = clients.len() * STARTED_CALLS;
+    for client in &mut clients {
+        for sequence in 0..STARTED_CALLS as u64 {
+            client
+                .start(header(sequence), b"?", LIMIT)
+                .expect("to start");
+        }
+    }
+    let errors = serve(count);
+    assert_eq!(errors.len(), count - 192);
+    assert!(
+        errors[0].contains("192 replies wait until their clients receive them"),
+        "{errors:?}"
+    );
+    let mut replies = 0;
+    for client in &mut clients {
+        for _ in 0..STARTED_CALLS {
+            until("a call ends", || {
+                match client.poll(&mut |_, _, _| replies += 1) {
+                    Some((_, ended)) => {
+                        if let Err(error) = ended {
+                            assert!(error.to_string().contains("sent no reply"), "{error}");
+                        }
+                        true
+                    }
+                    None => false,
+                }
+            });
+        }
+    }
+    assert_eq!(replies, 192);
+    clients[0].start(header(9), b"?", LIMIT).expect("to start");
+    assert_eq!(serve(1), [""; 0]);
 }
