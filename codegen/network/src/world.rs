@@ -17,7 +17,8 @@ use rc_ddsl::model::{Deployment, Instance, InstanceOrGroup, SlotPath, World};
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceMap, nearest};
 use rc_syntax::{Loader, Name};
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -93,7 +94,16 @@ pub(crate) fn check(
     });
     let all_fit = fits.count() == members.len();
     let start = start(world, schema, sources, found);
-    keep(world, found);
+    if kept(world, found) {
+        let mut all = deployment.instances.iter().zip(projects);
+        let is_read_here = all.any(|(instance, project)| {
+            let is_keeper = |project: &Rc<Project>| project.component.name.text == keeper::KEEPER;
+            project.as_ref().is_some_and(is_keeper) && deployment.remote_host(instance).is_none()
+        });
+        if is_read_here {
+            kept_world(world, schema, sources, found);
+        }
+    }
     if all_fit && all_are_known {
         writers(schema, &members, found);
         // What a component writes that shares any world is not declared.
@@ -177,7 +187,18 @@ fn start(
             return None;
         }
     };
-    let (source, mark) = graph_exchange::add(sources, &path, text);
+    document(&path, text, schema, sources, found)
+}
+
+/// Reads the text of a graph, and compares it with the schema.
+fn document(
+    path: &Path,
+    text: String,
+    schema: &Schema,
+    sources: &mut SourceMap,
+    found: &mut Diagnostics,
+) -> Option<Document> {
+    let (source, mark) = graph_exchange::add(sources, path, text);
     if let Some(mark) = mark {
         found.push(mark);
         return None;
@@ -193,8 +214,35 @@ fn start(
     Some(document)
 }
 
+/// Reports a world that is kept already and that its keeper cannot read: it would not start.
+fn kept_world(world: &World, schema: &Schema, sources: &mut SourceMap, found: &mut Diagnostics) {
+    let Some((name, _)) = &world.keep else {
+        return;
+    };
+    let path = rc_codegen::paths::normal(&world.folder.join(&name.text));
+    let mut inside = Diagnostics::new();
+    let reason = match rc_files::read(&path) {
+        Ok(text) => {
+            document(&path, text, schema, sources, &mut inside);
+            inside.has_errors().then(|| "it has errors".to_owned())
+        }
+        // Nothing is kept yet, or no longer.
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => Some(error.to_string()),
+    };
+    found.extend(inside);
+    if let Some(reason) = reason {
+        let message = format!(
+            "the world that `{}` keeps cannot be read: {reason}",
+            name.text
+        );
+        let error = Diagnostic::error("world-file", name.span, message);
+        found.push(error.help("fix the file, or move it away: then the world begins again"));
+    }
+}
+
 /// The file next to `path` with a similar name.
-fn nearest_in_folder(path: &std::path::Path) -> Option<String> {
+fn nearest_in_folder(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_str()?;
     let entries = std::fs::read_dir(path.parent()?).ok()?.flatten();
     let is_graph = |path: &PathBuf| {
@@ -207,14 +255,14 @@ fn nearest_in_folder(path: &std::path::Path) -> Option<String> {
     nearest(wanted, names.iter().map(String::as_str)).map(str::to_owned)
 }
 
-/// Reports a file to keep the world in that cannot be written.
-fn keep(world: &World, found: &mut Diagnostics) {
+/// Reports a file to keep the world in that cannot be written. Returns whether there is one that can.
+fn kept(world: &World, found: &mut Diagnostics) -> bool {
     let Some((name, _)) = &world.keep else {
-        return;
+        return false;
     };
     let path: PathBuf = world.folder.join(&name.text);
     let folder = path.parent().filter(|own| !own.as_os_str().is_empty());
-    let is_there = folder.is_none_or(std::path::Path::is_dir);
+    let is_there = folder.is_none_or(Path::is_dir);
     let reason = if path.is_dir() {
         "it is a folder"
     } else if !is_there {
@@ -222,10 +270,11 @@ fn keep(world: &World, found: &mut Diagnostics) {
     } else if path.extension().is_none_or(|ending| ending != "graph") {
         "a world is kept in a `.graph` file"
     } else {
-        return;
+        return true;
     };
     let message = format!("`{}` cannot keep the world: {reason}", name.text);
     found.push(Diagnostic::error("world-file", name.span, message));
+    false
 }
 
 /// Reports attributes that two components write, unless both share them.

@@ -28,6 +28,10 @@ pub struct SpecificWorker {
     silent_until: Time,
 }
 
+/// What to do with a kept file that cannot be read.
+const MOVE_AWAY: &str =
+    "\nthe world is kept in this file: fix it, or move it away, and the world begins again";
+
 /// The shortest time between two warnings.
 const SILENCE: Duration = Duration::from_secs(10);
 
@@ -38,11 +42,15 @@ impl Worker<Context> for SpecificWorker {
         let world = Driver::new(ctx, Arc::clone(&schema), Rights::everything());
         let (start, keep) = (&ctx.params.start, &ctx.params.keep);
         // The kept file is later than the start file.
-        let file = if keep.is_file() { keep } else { start };
+        let is_kept = keep.is_file();
+        let file = if is_kept { keep } else { start };
         let start = if file.as_os_str().is_empty() {
             None
         } else {
-            let graph = files::graph(file, &schema).map_err(WorkerError::Fatal)?;
+            let graph = files::graph(file, &schema).map_err(|error| {
+                let what_to_do = if is_kept { MOVE_AWAY } else { "" };
+                WorkerError::Fatal(error + what_to_do)
+            })?;
             Some((file.clone(), graph))
         };
         Ok(Self {

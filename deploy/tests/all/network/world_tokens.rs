@@ -136,4 +136,16 @@ fn keepers_start_a_world_once_and_keep_it_as_their_network_says() {
     let down = site.rcdeploy(&["down", &site.network], false);
     assert_eq!(down.code, 0, "{down:?}");
     site.assert_nothing_left();
+
+    // A keeper that cannot read what is kept would not start.
+    let whole = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_eq!(whole.code, 0, "{whole:?}");
+    let kept = read("kept.graph");
+    site.write("kept.graph", &kept[..kept.len() / 2]);
+    let damaged = site.rcdeploy(&["check", "--profile", "dev"], true);
+    assert_eq!(damaged.code, 1, "{damaged:?}");
+    let error = "the world that `kept.graph` keeps cannot be read: it has errors";
+    let help = "fix the file, or move it away: then the world begins again";
+    assert!(damaged.stderr.contains(error), "{damaged:?}");
+    assert!(damaged.stderr.contains(help), "{damaged:?}");
 }
