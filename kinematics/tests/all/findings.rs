@@ -53,7 +53,9 @@ fn inverses_are_told_what_they_cannot_be() {
     solver k { inverse velocity wrist in base; within limits; period 0 s; };
     solver l { pose wrist in base; payload part at wrist; payload part at tol; payload efforts at wrist; };
     solver m { inverse pose wrist in base; payload part at wrist; };
-    solver n { payload part in wrist; };",
+    solver n { payload part in wrist; };
+    solver o { pose wrist in base as quaternino; };
+    solver p { velocity wrist in base expressed inn slide; };",
     );
     expect![[r#"
         cell.kdsl:4:27: error[bad-value]: `turn` goes from -2.9 to 2.9 rad, found 3.3161255787892263 rad
@@ -88,6 +90,8 @@ fn inverses_are_told_what_they_cannot_be() {
         cell.kdsl:16:88: error[reserved-in-code]: `efforts` is the name of another argument
         cell.kdsl:17:44: error[mixed-solver]: an inverse solver gives nothing else; the inverse at cell.kdsl:17:16 (write a solver of its own for it)
         cell.kdsl:18:29: error[syntax-error]: expected `at`, found `in`
+        cell.kdsl:19:38: error[syntax-error]: expected `quaternion`, found `quaternino` (did you mean `quaternion`?)
+        cell.kdsl:20:49: error[syntax-error]: expected `in`, found `inn` (did you mean `in`?)
     "#]].assert_eq(&found);
 }
 
