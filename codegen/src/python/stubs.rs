@@ -248,7 +248,8 @@ fn one_line(signature: &str) -> String {
     line.trim_end_matches(':').to_owned()
 }
 
-/// Notes functions that look like handlers of a slot, or like others that a worker may have, and are none.
+/// Notes functions that look like handlers of a slot, and are none, and unused ones that look like
+/// others that a worker may have.
 fn stale(
     component: &Component,
     line: &[&Class],
@@ -275,7 +276,8 @@ fn stale(
             .any(|prefix| name.starts_with(&prefix));
         let missing = missing.iter().map(|(name, _)| name.as_str());
         let near = rc_diagnostics::nearest(name, missing.chain(lacking.iter().copied()));
-        if is_known || !looks && near.is_none() {
+        let is_own = || near.is_none() || is_used(name, code, sources);
+        if is_known || !looks && is_own() {
             continue;
         }
         let message =
@@ -286,6 +288,19 @@ fn stale(
         let place = code.place(method, sources);
         found.push(Diagnostic::note("stale-handler", place, message).help(help));
     }
+}
+
+/// Whether code of the worker names an attribute so: `restart` is no misspelled `restore` where something calls it.
+fn is_used(name: &str, code: &Code, sources: &SourceMap) -> bool {
+    let attribute = format!(".{name}");
+    code.files().any(|(_, source)| {
+        let text = sources.text(source);
+        let mut found = text.match_indices(&attribute);
+        found.any(|(at, found)| {
+            let rest = &text[at + found.len()..];
+            !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+        })
+    })
 }
 
 impl Missing {

@@ -175,7 +175,8 @@ fn a_worker_that_does_not_fit_is_reported() {
     assert!(said.contains("warning[dependency-differs]"), "{said}");
 }
 
-/// A worker may leave these functions out, so a misspelled one would just never run.
+/// A worker may leave these functions out, so a misspelled one would just never run. A function that the worker calls itself
+/// is not one of them, though `restart` is near `restore`.
 #[test]
 fn a_misspelled_function_is_noted() {
     let guard = Guard::new();
@@ -189,7 +190,7 @@ fn a_misspelled_function_is_noted() {
     guard.replace(
         WORKER,
         "    def compute(",
-        "    def room_chnaged(self, ctx: Context, change: RoomChange) -> None:\n        pass\n\n    def compute(",
+        "    def room_chnaged(self, ctx: Context, change: RoomChange) -> None:\n        self.restart()\n\n    def restart(self) -> None:\n        pass\n\n    def compute(",
     );
     guard.replace(WORKER, "def initialize(", "def initialise(");
     expect![[r"
