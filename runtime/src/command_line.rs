@@ -450,6 +450,7 @@ fn nearest_option(description: &Description, unknown: &lexopt::Arg<'_>) -> Strin
     let help = help(description);
     let options = help.split_whitespace();
     let options = options.filter_map(|word| word.strip_prefix("--"));
+    let options = options.map(|word| word.trim_end_matches([',', ':']));
     let near = rc_diagnostics::nearest(unknown, options);
     near.map_or_else(String::new, |near| format!("did you mean `--{near}`? "))
 }
