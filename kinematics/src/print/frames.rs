@@ -99,23 +99,22 @@ impl Frames {
         let _ = write!(
             out,
             "
-/// Where the frame `Tip` is in `Base`: the homogeneous matrix for columns. It is also an array of its numbers.
+/// Where the frame `Tip` is in `Base`: the homogeneous matrix for columns. It dereferences to the array of its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<Tip, Base> {{
-    /// The numbers.
-    pub matrix: [[f64; 4]; 4],
+    numbers: [[f64; 4]; 4],
     frames: core::marker::PhantomData<(Tip, Base)>,
 }}
 
 impl<Tip, Base> Pose<Tip, Base> {{
     /// The pose with these numbers, whatever frames they are of.
-    pub const fn new(matrix: [[f64; 4]; 4]) -> Self {{
-        Self {{ matrix, frames: core::marker::PhantomData }}
+    pub const fn new(numbers: [[f64; 4]; 4]) -> Self {{
+        Self {{ numbers, frames: core::marker::PhantomData }}
     }}
 
     /// Where a frame is in the base of this pose, if it is there in its tip.
     pub fn then<Next>(&self, next: &Pose<Next, Tip>) -> Pose<Next, Base> {{
-        let (one, other) = (&{one}.matrix, &{other}.matrix);
+        let (one, other) = (&{one}.numbers, &{other}.numbers);
         let sum = |row: usize, at: usize| {{
             let own = &one[row];
             own[0] * other[0][at] + own[1] * other[1][at] + own[2] * other[2][at] + own[3] * other[3][at]
@@ -125,7 +124,7 @@ impl<Tip, Base> Pose<Tip, Base> {{
 
     /// Where the base is in the tip.
     pub fn inverse(&self) -> Pose<Base, Tip> {{
-        let own = &self.matrix;
+        let own = &self.numbers;
         let mut all = [[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
         for at in 0..3 {{
             for other in 0..3 {{
@@ -140,13 +139,13 @@ impl<Tip, Base> Pose<Tip, Base> {{
 impl<Tip, Base> core::ops::Deref for Pose<Tip, Base> {{
     type Target = [[f64; 4]; 4];
     fn deref(&self) -> &Self::Target {{
-        &self.matrix
+        &self.numbers
     }}
 }}
 
 impl<Tip, Base> core::ops::DerefMut for Pose<Tip, Base> {{
     fn deref_mut(&mut self) -> &mut Self::Target {{
-        &mut self.matrix
+        &mut self.numbers
     }}
 }}
 ",

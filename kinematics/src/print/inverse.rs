@@ -183,7 +183,7 @@ pub(super) fn rust(cell: &Cell, frames: &Frames, inverse: &Inverse) -> String {
             let _ = write!(
                 out,
                 "///\n/// `target`: {}{}\n\
-                pub fn {name}(target: &{}{last}) -> {of} {{\n{motion}    let target = &target.matrix;\n{rows}\
+                pub fn {name}(target: &{}{last}) -> {of} {{\n{motion}    let target = &target.numbers;\n{rows}\
                 \x20   let (lower, upper): (&[f64], &[f64]) = (&[{}], &[{}]);\n{}\
                 \x20   let aim = _inverse::Aim {{\n        target,\n        near: {:?},\n        turned: {:?},\n\
                 \x20       lower,\n        upper,\n        endless: &[{}],\n        closed: &closed[..kept],\n\

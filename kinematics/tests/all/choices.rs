@@ -180,7 +180,7 @@ int main(void)
         "mod narrow;
 fn main() {
     let found = narrow::fk(&[0.3, 0.2, -0.7], &[0.4, -0.1, 0.9], &[-0.3, 0.6, 0.2]);
-    let pose: [[f32; 4]; 4] = found.pose_wrist_in_base.matrix;
+    let pose: [[f32; 4]; 4] = *found.pose_wrist_in_base;
     let jacobian: [[f32; 6]; 3] = found.jacobian_wrist_in_base;
     for row in 0..4 { for column in 0..4 { println!(\"{}\", pose[column][row]); } }
     for row in 0..6 { for column in 0..3 { println!(\"{}\", jacobian[column][row]); } }

@@ -27,7 +27,7 @@ fn main() {
     near(&whole.inverse(), &at.pose_base_in_2f);
     near(&first.then(&first.inverse()), &at.pose_base_in_base);
     let mut target = first;
-    target.matrix[0][3] = 1.0;
+    target[0][3] = 1.0;
     assert_eq!(std::mem::size_of_val(&target), 16 * 8);
     assert!(cell::reach(&at.pose_2f_in_base, &[0.2, -0.6]).reached);
     // WRONG

@@ -89,7 +89,7 @@ fn NAME(reachable: usize, far: usize) {
     }
     println!(\"NAME {found}\");
     for (target, positions) in shown {
-        println!(\"shown {:?};{positions:?}\", target.matrix);
+        println!(\"shown {:?};{positions:?}\", *target);
     }
     let (mut said, mut worst) = (0, 1.0f64);
     for _ in 0..far {
