@@ -8,7 +8,7 @@ use rc_quantity::Real;
 use rc_quantity::rotation::{Quaternion, transposed, turned};
 use rc_robot::dynamics::{self, Load, Motions};
 use rc_robot::loops::{self, Loop};
-use rc_robot::{Chain, Grounding, Robot, State};
+use rc_robot::{Chain, Grounding, LoopJoint, Robot, State};
 use rc_vocabulary::Primitive;
 
 /// A robot with its solvers.
@@ -20,6 +20,8 @@ pub struct Cell {
     pub choices: Choices,
     /// The robot.
     pub robot: Robot,
+    /// All loops: those of its sets, then those of the text.
+    pub loops: Vec<LoopJoint>,
     /// In the order of the text.
     pub solvers: Vec<Solver>,
     /// The solvers that answer which joints move a frame so, in the order of the text.

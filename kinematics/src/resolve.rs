@@ -16,7 +16,7 @@ use crate::parse::parse;
 use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_quantity::Unit;
 use rc_robot::loops::Loop;
-use rc_robot::{Chain, Grounding, Robot, dynamics};
+use rc_robot::{Chain, Grounding, LoopJoint, Robot, dynamics};
 use rc_syntax::{Loader, Name};
 use std::collections::{BTreeMap, HashMap};
 
@@ -64,6 +64,7 @@ pub fn load(
         bodies: robot.links().map(|(at, name)| (name, at)).collect(),
         loops: Vec::new(),
         has_loops: !kinematics.loops.is_empty(),
+        closing: Vec::new(),
         found,
         steps: 0,
         postures: BTreeMap::new(),
@@ -97,12 +98,13 @@ pub fn load(
             .found
             .extend(told.filter(|told| solver.is_whole || !FOLLOWS.contains(&told.code)));
     }
-    let found = resolver.found;
+    let (found, loops) = (resolver.found, resolver.closing);
     let name = kinematics.name.text.clone();
     let cell = Cell {
         name,
         choices,
         robot,
+        loops,
         solvers,
         inverses,
     };
@@ -117,6 +119,8 @@ struct Resolver<'r> {
     loops: Vec<Loop<'r>>,
     /// Whether the file declares any, also with errors.
     has_loops: bool,
+    /// The joints that close them.
+    closing: Vec<LoopJoint>,
     found: Diagnostics,
     /// The joints that all solvers so far pass.
     steps: usize,

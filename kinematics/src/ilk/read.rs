@@ -336,6 +336,7 @@ impl Reader {
                 coordinates,
                 ..Robot::default()
             },
+            loops: Vec::new(),
             solvers: vec![solver],
             inverses: Vec::new(),
         })

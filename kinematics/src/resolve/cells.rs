@@ -7,7 +7,7 @@ use rc_diagnostics::{Diagnostic, Diagnostics, SourceId, SourceMap, Span};
 use rc_quantity::Transform;
 use rc_quantity::rotation::EulerOrder;
 use rc_robot::loops::{self, Loop};
-use rc_robot::{Kept, Mount, Refused, Robot};
+use rc_robot::{Kept, LoopJoint, Mount, Refused, Robot};
 use rc_syntax::{Literal, Loader};
 use std::collections::HashMap;
 use std::path::Path;
@@ -161,9 +161,9 @@ impl Resolver<'_> {
             let [first, second] = own.frames;
             let chain = robot.chain(first, second)?;
             let kept = own.kept;
-            Some(Loop { chain, kept })
+            Some((Loop { chain, kept }, own.clone()))
         });
-        self.loops.extend(of_robots);
+        (self.loops, self.closing) = of_robots.unzip();
         let mut known: HashMap<&str, Span> = HashMap::new();
         for closed in loops {
             let name = &closed.name;
@@ -212,6 +212,11 @@ impl Resolver<'_> {
                 continue;
             }
             self.loops.push(Loop { chain, kept });
+            self.closing.push(LoopJoint {
+                name: name.text.clone(),
+                frames: [first, second],
+                kept,
+            });
         }
     }
 

@@ -38,6 +38,17 @@ fn solvers_are_checked_laid_out_printed_and_exported() {
     );
     assert_eq!(view["inverses"][0]["joints"], serde_json::json!(["turn"]));
     assert_eq!(view["inverses"][0]["mostMotions"], 100);
+    let with_loop = CELL.replace(
+        "{ solver fk",
+        "{ loop bar { tool = base; point; }; solver fk",
+    );
+    std::fs::write(path.join("closed.kdsl"), with_loop).expect("a file");
+    let view = succeeds(path, &["view", "closed.kdsl"]);
+    let view: serde_json::Value = serde_json::from_str(&view).expect("JSON");
+    assert_eq!(
+        view["loops"],
+        serde_json::json!([{ "name": "bar", "type": "point", "frames": ["tool", "base"] }])
+    );
     for (to, file) in [
         ("rust", "cell.rs"),
         ("c", "cell.h"),

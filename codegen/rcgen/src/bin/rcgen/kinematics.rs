@@ -68,7 +68,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             "effort": limits.map(|limits| limits.effort),
         })
     });
-    let loops = robot.loops.iter().map(|own| {
+    let loops = cell.loops.iter().map(|own| {
         let frames = own.frames.map(|at| robot.bodies[at].name.as_str());
         let kind = match own.kept {
             Kept::Whole => "fixed",
@@ -76,7 +76,7 @@ pub(crate) fn view(file: &Path, common: &Common) -> Result<(), Failure> {
             Kept::Turning(_) => "revolute",
             Kept::Sliding(_) => "prismatic",
         };
-        json!({ "joint": own.name, "type": kind, "frames": frames })
+        json!({ "name": own.name, "type": kind, "frames": frames })
     });
     let transmissions = robot.transmissions.iter().map(|own| {
         json!({
