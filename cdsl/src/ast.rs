@@ -41,7 +41,7 @@ pub enum Clause {
     Parameters(Name),
     /// `kinematics "file.kdsl" as arm;`
     Kinematics(Name, Name),
-    /// `world "cortex.gdsl" as g { reads room; }`
+    /// `world "cortex.gdsl" as g { reads room; }`, `world any as g;`
     World(World),
     /// `dependencies { rand "0.9"; }`
     Dependencies(Vec<Dependency>),
@@ -62,8 +62,10 @@ pub enum Clause {
 /// `world "cortex.gdsl" as g { writes door, door.pose stream; reads room; }`
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
-    /// The path of its schema, as written.
-    pub schema: Name,
+    /// The path of its schema, as written. `None` for `any`.
+    pub schema: Option<Name>,
+    /// The location of the path, or of `any`.
+    pub span: Span,
     /// Its name in the worker.
     pub name: Name,
     /// `writes` and `reads`, each with what follows. `None` without a block.

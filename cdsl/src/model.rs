@@ -71,9 +71,12 @@ pub struct Window {
 /// was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
-    /// The path of its schema, as written.
-    pub schema: Name,
-    /// Its name in the worker.
+    /// The path of its schema, as written. `None` for `any`: the worker has slots by which replicas meet, and reads the
+    /// schema of the network when it starts.
+    pub schema: Option<Name>,
+    /// The location of the path, or of `any`.
+    pub span: Span,
+    /// Its name in the worker, and that of the first slot.
     pub name: Name,
     /// What the component writes and reads. `None` is everything, shared with every other
     /// component.

@@ -456,6 +456,7 @@ rc_syntax::language!("`Component NAME { … };`", words: [crate_name, dotted_nam
     kw_as => "`as`",
     access | kw_access => "`writes` or `reads`",
     access_item => "a type or an attribute of the world",
+    kw_any => "`any`",
     kw_stream => "`stream`",
     kw_shared => "`shared`",
     kw_venv => "`venv`",

@@ -48,7 +48,7 @@ pub fn load(
     }
     // Replicas of a world meet at the topics of an interface that comes with the tools.
     for world in file.component.iter().flat_map(shared) {
-        let module = session.import(&path, world::FILE, world.schema.span);
+        let module = session.import(&path, world::FILE, world.span);
         let other = module.and_then(|module| world::other(world, &session.library, module));
         session.found.extend(other);
     }
@@ -193,6 +193,8 @@ impl Resolver<'_> {
         }
         if let Some(world) = &world {
             slots.extend(world::slots(world, &slots, &self.library, self.found));
+        } else {
+            world::undeclared(&slots, &self.library, self.found);
         }
         if state_machine.is_none() {
             self.check_no_states(&slots, &seen);

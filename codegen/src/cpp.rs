@@ -92,7 +92,7 @@ pub(crate) fn check(component: &Component, found: &mut Diagnostics) {
     if let Some(world) = &component.world {
         let message = "workers in C++ do not have a world yet";
         let help = "write this component in Rust or Python, or let it ask a component that has the world, such as `inner_model`";
-        let error = Diagnostic::error("not-in-cpp", world.schema.span, message);
+        let error = Diagnostic::error("not-in-cpp", world.span, message);
         found.push(error.help(help));
     }
 }

@@ -5,7 +5,7 @@ use crate::view::library::{Interface, Operation};
 use crate::view::members::Member;
 use crate::view::parameters::{Parameter, Parameters, Rule, ValueKind};
 use crate::view::types::{Named, Type};
-use crate::view::world::{World, Written};
+use crate::view::world::{AnyWorld, World, Written};
 use crate::view::{Component, Slot};
 use rc_vocabulary::{Role, duration};
 use serde::Serialize;
@@ -30,7 +30,9 @@ pub(crate) fn pages(component: &Component) -> Result<Vec<(&'static str, String)>
     context.insert("file", &component.file);
     context.insert("name", &component.name);
     context.insert("slots", &slots(component));
-    context.insert("world", &component.world.as_ref().map(world_page));
+    let world = component.world.as_ref().map(world_page);
+    let any_world = component.any_world.as_ref().map(any_world_page);
+    context.insert("world", &world.or(any_world));
     context.insert("collects", &collects(component));
     context.insert("reactions", &reactions(component));
     let mut pages = vec![("operations.md", print(tera, "operations.md", &context)?)];
@@ -140,12 +142,35 @@ fn print(tera: &Tera, template: &str, context: &Context) -> Result<String, Templ
 #[derive(Debug, Serialize)]
 struct WorldPage {
     name: String,
-    domain: String,
+    /// What the graph is.
+    graph: String,
     writes: String,
     reads: String,
 }
 
 fn world_page(world: &World) -> WorldPage {
+    let World { writes, reads, .. } = world;
+    let graph = format!("A graph of the domain {}", code(&world.domain));
+    access_page(
+        code(&world.name),
+        graph,
+        (writes.as_deref(), reads.as_deref()),
+    )
+}
+
+fn any_world_page(world: &AnyWorld) -> WorldPage {
+    let AnyWorld { writes, reads, .. } = world;
+    // A slot has its name.
+    let name = "The world of the network".to_owned();
+    let graph = "A graph of any domain".to_owned();
+    access_page(name, graph, (writes.as_deref(), reads.as_deref()))
+}
+
+fn access_page(
+    name: String,
+    graph: String,
+    (writes, reads): (Option<&[Written]>, Option<&[String]>),
+) -> WorldPage {
     let listed = |names: Option<Vec<String>>| match names {
         None => "everything".to_owned(),
         Some(names) if names.is_empty() => "nothing".to_owned(),
@@ -164,11 +189,9 @@ fn world_page(world: &World) -> WorldPage {
         let shared = if write.shared { " (others, too)" } else { "" };
         format!("{}{stream}{shared}", code(&path))
     };
-    let writes = world.writes.as_ref();
-    let reads = world.reads.as_ref();
     WorldPage {
-        name: code(&world.name),
-        domain: code(&world.domain),
+        name,
+        graph,
         writes: listed(writes.map(|all| all.iter().map(written).collect())),
         reads: listed(reads.map(|all| all.iter().map(|kind| code(kind)).collect())),
     }

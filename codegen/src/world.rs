@@ -72,7 +72,7 @@ pub(crate) fn load(
     found: &mut Diagnostics,
 ) -> Option<World> {
     let declared = component.world.as_ref()?;
-    let world = World::import(cdsl, &declared.schema, sources, loader, found)?;
+    let world = World::import(cdsl, declared.schema.as_ref()?, sources, loader, found)?;
     if let Some(access) = &declared.access {
         for kind in &access.reads {
             attributes(&world.schema, kind, found);

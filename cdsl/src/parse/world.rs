@@ -9,19 +9,22 @@ use rc_syntax::{Literal, Name, ParseContext, home_in_path};
 const ACCESS: [&str; 2] = ["writes", "reads"];
 
 pub(super) fn world(r: &mut ParseContext<'_>, pair: Pair<'_, Rule>) -> Option<World> {
-    let (mut schema, mut name, mut access) = (None, None, None);
+    let (mut schema, mut span, mut name, mut access) = (None, None, None, None);
     for part in pair.into_inner() {
         match part.as_rule() {
             Rule::string => schema = Some(r.string(&part)),
+            Rule::kw_any => span = Some(r.span(&part)),
             Rule::name => name = Some(r.name(&part)),
             Rule::world_block => access = Some(block(r, part)),
             Rule::semicolon => r.semicolon(&part),
             _ => {}
         }
     }
-    let schema = schema?;
-    r.found.extend(home_in_path(&schema.text, schema.span));
+    let path = schema.iter();
+    r.found
+        .extend(path.filter_map(|path| home_in_path(&path.text, path.span)));
     Some(World {
+        span: schema.as_ref().map(|path| path.span).or(span)?,
         schema,
         name: name?,
         access,

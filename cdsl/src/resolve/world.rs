@@ -17,6 +17,7 @@ pub(super) fn world(tree: &ast::World, found: &mut Diagnostics) -> World {
     let access = tree.access.as_ref();
     World {
         schema: tree.schema.clone(),
+        span: tree.span,
         name: tree.name.clone(),
         access: access.map(|all| Clause { found }.access(all)),
     }
@@ -49,7 +50,8 @@ pub(super) fn share_dsr(tree: &mut ast::Component) {
     };
     if can_share_dsr(tree) {
         let world = ast::World {
-            schema: Name::new("dsr.gdsl", span),
+            schema: Some(Name::new("dsr.gdsl", span)),
+            span,
             name: Name::new("g", span),
             access: None,
         };
@@ -69,7 +71,7 @@ pub(super) fn other(tree: &ast::World, library: &Library, module: ModuleId) -> O
         let message = format!(
             "a world needs the `{FILE}` that comes with the tools, and another file has this name"
         );
-        Diagnostic::error("unknown-interface", tree.schema.span, message)
+        Diagnostic::error("unknown-interface", tree.span, message)
             .label(module.name.span, "its module")
             .help("rename that file")
     })
@@ -118,13 +120,30 @@ pub(super) fn slots(
             in_place: false,
             asynchronous: false,
             available: Vec::new(),
-            of_world: true,
-            span: world.schema.span,
-            interface_span: world.schema.span,
+            // The worker of a world of any schema has the slots itself.
+            of_world: world.schema.is_some(),
+            span: world.span,
+            interface_span: world.span,
             name_span: Some(world.name.span),
         });
     }
     all
+}
+
+/// Reports slots by which replicas meet, of a component without the clause.
+pub(super) fn undeclared(slots: &[Slot], library: &Library, found: &mut Diagnostics) {
+    let of = WORLD_SLOTS[0];
+    let slot = slots.iter().find(|slot| {
+        slot.role == of.role && library.interface_path(slot.interface) == of.type_name
+    });
+    if let Some(slot) = slot {
+        let message = format!(
+            "`{}` is a slot of a world, and the component has no clause `world`",
+            slot.name
+        );
+        let warning = Diagnostic::warning("undeclared-world", slot.span, message);
+        found.push(warning.help("write `world any as g;` in place of the slots of `World.idsl`"));
+    }
 }
 
 struct Clause<'a> {

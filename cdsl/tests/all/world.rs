@@ -27,7 +27,8 @@ fn a_world_has_its_schema_its_name_and_what_the_component_does() {
         &expect![[r#""#]],
     );
     let world = world.expect("a world");
-    assert_eq!((&*world.schema.text, &*world.name.text), ("home.gdsl", "g"));
+    let schema = world.schema.expect("a schema");
+    assert_eq!((&*schema.text, &*world.name.text), ("home.gdsl", "g"));
     let access = world.access.expect("a block");
     let writes: Vec<_> = access
         .writes
@@ -57,6 +58,43 @@ fn a_world_has_its_schema_its_name_and_what_the_component_does() {
         nothing.expect("a world").access,
         Some(rc_cdsl::model::Access::default())
     );
+}
+
+#[test]
+fn a_world_of_any_network_has_slots_of_the_worker() {
+    let text = "Component C { Communications { }; language rust; world Any as any { writes Frame shared; }; };";
+    let mut sources = SourceMap::new();
+    let source = sources.add("c.cdsl", text);
+    let meet = include_str!("../../../components/interfaces/World.idsl");
+    let loader = MemoryLoader::new([("World.idsl", meet)]);
+    let (component, found) = rc_cdsl::load(&mut sources, &loader, source);
+    assert_eq!(render(&sources, &found, Format::Short), "");
+    let component = component.expect("a component");
+    let slots = component.slots.iter();
+    let slots: Vec<_> = slots.map(|slot| (&*slot.name, slot.of_world)).collect();
+    let names = ["any", "any_stream", "any_peers", "any_streams"];
+    assert_eq!(slots, names.map(|name| (name, false)));
+    let world = component.world.expect("a world");
+    assert_eq!((world.schema, &*world.name.text), (None, "any"));
+    assert_eq!(world.access.expect("a block").writes.len(), 1);
+}
+
+/// Another module may have an interface of this name.
+#[test]
+fn slots_of_a_world_without_its_clause_are_reported() {
+    let text = "import \"World.idsl\";\nComponent C { Communications { publishes World; }; language rust; };";
+    let meet = include_str!("../../../components/interfaces/World.idsl");
+    let other = "module Maps { interface World { void change(int of); }; };";
+    let expected = expect![[r#"
+        c.cdsl:2:42: warning[undeclared-world]: `World` is a slot of a world, and the component has no clause `world` (write `world any as g;` in place of the slots of `World.idsl`)
+    "#]];
+    for (module, expected) in [(meet, expected), (other, expect![[""]])] {
+        let mut sources = SourceMap::new();
+        let source = sources.add("c.cdsl", text);
+        let loader = MemoryLoader::new([("World.idsl", module)]);
+        let (_, found) = rc_cdsl::load(&mut sources, &loader, source);
+        expected.assert_eq(&render(&sources, &found, Format::Short));
+    }
 }
 
 #[test]
@@ -108,6 +146,12 @@ fn what_does_not_fit_is_reported() {
         "#]],
     );
     check(
+        "world all as g;",
+        &expect![[r#"
+            c.cdsl:3:7: error[syntax-error]: expected `any` or a string, found `all`
+        "#]],
+    );
+    check(
         "world \"a.gdsl\" { };",
         &expect![[r#"
         c.cdsl:3:16: error[syntax-error]: expected `as`, found `{`
@@ -142,7 +186,8 @@ fn another_file_of_the_name_is_no_world() {
 #[test]
 fn the_option_dsr_is_a_world_with_the_types_of_dsr() {
     let world = check("options DSR;", &expect![[r#""#]]).expect("a world");
-    let names = (&*world.schema.text, &*world.name.text);
+    let schema = world.schema.expect("a schema");
+    let names = (&*schema.text, &*world.name.text);
     assert_eq!((names, world.access), (("dsr.gdsl", "g"), None));
     check(
         "world \"dsr.gdsl\" as g; options dsr;",

@@ -1,44 +1,29 @@
-//! Components that share the world of any network: the clause `World` sets their parameters.
+//! Components that share the world of any network (`world any`): the clause `World` sets their parameters.
 
-use rc_cdsl::model::Role;
+use rc_cdsl::model::World as Clause;
 use rc_codegen::{Project, paths};
 use rc_configuration::Values;
 use rc_configuration::model::Value;
 use rc_ddsl::model::{Deployment, Parameter, ParameterValue, World};
 use rc_diagnostics::Span;
 use rc_syntax::{Literal, LiteralKind, Loader, Name};
-use rc_vocabulary::WORLD_SLOTS;
 use std::path::Path;
 use std::rc::Rc;
 
 /// The component that starts and keeps a world.
 pub(crate) const KEEPER: &str = "world_keeper";
 
-/// The component that writes the frames of a robot.
-const KINEMATICS: &str = "kinematics";
-
-/// Whether a component meets other replicas of a world by slots of its own, so that its schema is that of the network.
-pub(crate) fn shares_any(project: &Project) -> bool {
-    let component = &project.component;
-    component.world.is_none()
-        && component.slots.iter().any(|slot| {
-            let interface = component.library.interface_path(slot.interface);
-            slot.role == Role::Publishes && interface == WORLD_SLOTS[0].type_name
-        })
+/// Whether a component with a clause `world` takes part in that of its network, with these parameters. One that can share any
+/// world reads its schema from the parameter `schema`: without a file, it leaves the world alone.
+pub(crate) fn takes_part(clause: &Clause, values: Option<&Values>) -> bool {
+    let schema = values.and_then(|values| values.value("schema"));
+    let is_out = matches!(schema, Some(Value::Text(path)) if path.is_empty());
+    clause.schema.is_some() || !is_out
 }
 
-/// Whether a component that shares any world takes part in that of its network, with these parameters.
-pub(crate) fn takes_part(project: &Project, values: Option<&Values>) -> bool {
-    let is_robot = project.component.name.text == KINEMATICS;
-    let publishes = values.and_then(|values| values.value("publish_frames"));
-    shares_any(project) && !(is_robot && publishes == Some(&Value::Bool(false)))
-}
-
-/// What a component sets in the world of any network, as a clause `world` would say it: such components have none, and limit
-/// themselves when they run. `None` for everything.
-pub(crate) fn written(project: &Project) -> Option<Vec<String>> {
-    let of_robot = ["Frame", "RT", "RT.pose stream 20ms"];
-    (project.component.name.text == KINEMATICS).then(|| of_robot.map(str::to_owned).to_vec())
+fn shares_any(project: &Project) -> bool {
+    let world = project.component.world.as_ref();
+    world.is_some_and(|world| world.schema.is_none())
 }
 
 /// Gives each component that shares the world of any network the schema and the files of the world: those of its parameters with
@@ -113,34 +98,6 @@ mod tests {
     use super::*;
     use rc_codegen::FileLoader;
     use rc_diagnostics::SourceMap;
-
-    /// Another module may have an interface of this name.
-    #[test]
-    fn the_world_of_another_module_is_none_that_is_shared() {
-        for (module, wanted) in [("RcWorld", true), ("Maps", false)] {
-            let folder = tempfile::tempdir().expect("a folder");
-            let write = |name: &str, text: &str| {
-                let path = folder.path().join(name);
-                std::fs::write(&path, text).expect("a file");
-                path
-            };
-            write(
-                "World.idsl",
-                &format!(
-                    "module {module}\n{{\n    interface World\n    {{\n        void change(int of);\n    }};\n}};\n"
-                ),
-            );
-            let cdsl = write(
-                "atlas.cdsl",
-                "import \"World.idsl\";\n\nComponent atlas\n{\n    Communications\n    {\n        publishes World;\n    };\n    language rust;\n};\n",
-            );
-            let mut sources = SourceMap::new();
-            let loader = FileLoader::new(&[]);
-            let (project, found) = Project::load(&cdsl, &mut sources, &loader).expect("a file");
-            let project = project.unwrap_or_else(|| panic!("{found:?}"));
-            assert_eq!(shares_any(&project), wanted, "{module}");
-        }
-    }
 
     /// The loader joins the folder of the network with the schema: once is enough, also where that folder is relative.
     #[test]

@@ -149,6 +149,7 @@ pub(crate) fn check(
     network.world = world::check(
         &network.deployment,
         &network.projects,
+        &network.parameters,
         sources,
         loader,
         found,

@@ -6,6 +6,7 @@ mod part;
 pub(crate) use part::handed;
 
 use crate::model::Network;
+use crate::parameters::OverriddenParameters;
 use crate::{keeper, link_load};
 use graph_exchange::{Document, dsr, graph_json};
 use graph_language::Schema;
@@ -26,7 +27,8 @@ use std::time::Duration;
 pub(crate) struct Member<'a> {
     pub(crate) instance: &'a Instance,
     pub(crate) clause: &'a Clause,
-    own: &'a Known,
+    /// Its schema; `None` for any.
+    own: Option<&'a Known>,
     /// The default period of its `compute()`.
     pub(crate) period: Duration,
 }
@@ -46,6 +48,7 @@ impl Member<'_> {
 pub(crate) fn check(
     deployment: &Deployment,
     projects: &[Option<Rc<Project>>],
+    parameters: &[OverriddenParameters],
     sources: &mut SourceMap,
     loader: &dyn Loader,
     found: &mut Diagnostics,
@@ -54,12 +57,18 @@ pub(crate) fn check(
         .instances
         .iter()
         .zip(projects)
-        .filter_map(|(instance, project)| {
+        .zip(parameters)
+        .filter_map(|((instance, project), parameters)| {
             let project = project.as_deref()?;
-            Some(Member {
+            let clause = project.component.world.as_ref()?;
+            let own = project.world.as_ref();
+            // A schema with errors has been reported.
+            let is_known = own.is_some() || clause.schema.is_none();
+            let values = parameters.values.as_ref();
+            (is_known && keeper::takes_part(clause, values)).then_some(Member {
                 instance,
-                clause: project.component.world.as_ref()?,
-                own: project.world.as_ref()?,
+                clause,
+                own,
                 period: project.component.period,
             })
         })
@@ -69,11 +78,8 @@ pub(crate) fn check(
         return None;
     };
     let all_are_known = projects.iter().all(Option::is_some);
-    let shares = |project: &&Rc<Project>| {
-        keeper::shares_any(project) && project.component.name.text != keeper::KEEPER
-    };
-    let others_share = projects.iter().flatten().any(|one| shares(&one));
-    if members.is_empty() && !others_share && all_are_known {
+    let is_user = |member: &Member<'_>| member.access() != Some(&Access::default());
+    if !members.iter().any(is_user) && all_are_known {
         let message = format!("no component shares the world `{}`", world.name.text);
         let warning = Diagnostic::warning("unused-world", world.name.span, message);
         found.push(warning.help("write a clause `world` in a `.cdsl`"));
@@ -83,10 +89,13 @@ pub(crate) fn check(
     let known = Known::import(&from, name, sources, loader, found)?;
     let schema = &*known.schema;
     let fits = members.iter().filter(|member| {
-        let misfit = part::misfit(&known, member.clause.access.as_ref(), member.own, sources);
+        let access = member.clause.access.as_ref();
+        let misfit = member
+            .own
+            .and_then(|own| part::misfit(&known, access, own, sources));
         let fits = misfit.is_none();
         found.extend(misfit.map(|misfit| {
-            let span = member.clause.schema.span;
+            let span = member.clause.span;
             let error = misfit.diagnostic(&member.instance.path, span, name.span);
             error.label(member.instance.name.span, "the component in the network")
         }));
@@ -106,10 +115,7 @@ pub(crate) fn check(
     }
     if all_fit && all_are_known {
         writers(schema, &members, found);
-        // What a component writes that shares any world is not declared.
-        if !others_share {
-            readers(schema, &members, start.as_ref(), found);
-        }
+        readers(schema, &members, start.as_ref(), found);
         link_load::check(deployment, &members, schema, start.as_ref(), found);
     }
     Some(known)
@@ -129,6 +135,9 @@ pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
         };
         let own = project.and_then(|project| project.world.as_ref());
         let schema = network.world.as_ref().or(own).map(|world| &world.schema);
+        let Some(declared) = &clause.schema else {
+            continue;
+        };
         if tree != clause.name.text || schema.is_none_or(|schema| schema.has_transforms()) {
             continue;
         }
@@ -146,7 +155,7 @@ pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
         let span = named.map_or(instance.name.span, |name| name.span);
         let message = format!("the nodes of the world `{tree}` have no frames");
         let error = Diagnostic::error("wrong-frames", span, message)
-            .label(clause.schema.span, "its schema")
+            .label(declared.span, "its schema")
             .help("import `geometry.gdsl` there: edges of its relation `RT` say where a node is in another one");
         found.push(error);
     }
@@ -155,12 +164,16 @@ pub(crate) fn check_frames(network: &Network, found: &mut Diagnostics) {
 /// Reports components with a world in a network that has none.
 fn without(members: &[Member<'_>], found: &mut Diagnostics) {
     for member in members {
+        // What can share any world works without one, too.
+        let Some(schema) = &member.clause.schema else {
+            continue;
+        };
         let message = format!(
             "`{}` shares a world, and the network declares none",
             member.instance.path
         );
-        let schema = &member.clause.schema.text;
         let error = Diagnostic::error("no-world", member.instance.name.span, message);
+        let schema = &schema.text;
         found.push(error.help(format!("add `World g {{ schema \"{schema}\"; }};`")));
     }
 }

@@ -50,18 +50,10 @@ impl WorldReport {
             .zip(&network.parameters)
             .filter_map(|((instance, project), parameters)| {
                 let project = project.as_ref()?;
-                let Some(clause) = project.component.world.as_ref() else {
-                    let writes = keeper::written(project);
-                    let values = parameters.values.as_ref();
-                    return keeper::takes_part(project, values).then(|| WorldMember {
-                        component: instance.path.clone(),
-                        name: world.name.text.clone(),
-                        reads: writes.as_ref().map(|_| Vec::new()),
-                        writes,
-                    });
-                };
+                let clause = project.component.world.as_ref()?;
                 let access = clause.access.as_ref();
-                Some(WorldMember {
+                let takes_part = keeper::takes_part(clause, parameters.values.as_ref());
+                takes_part.then(|| WorldMember {
                     component: instance.path.clone(),
                     name: clause.name.text.clone(),
                     writes: access.map(|access| access.writes.iter().map(written).collect()),
@@ -100,7 +92,7 @@ fn written(write: &Write) -> String {
 }
 
 impl fmt::Display for WorldMember {
-    /// `writes door; reads room, robot`
+    /// `writes door; reads room, robot`, `writes nothing`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(writes), Some(reads)) = (&self.writes, &self.reads) else {
             return f.write_str("writes and reads everything");
@@ -110,6 +102,9 @@ impl fmt::Display for WorldMember {
         let words: Vec<String> = words
             .map(|(word, all)| format!("{word} {}", all.join(", ")))
             .collect();
+        if words.is_empty() {
+            return f.write_str("writes nothing");
+        }
         f.write_str(&words.join("; "))
     }
 }

@@ -67,7 +67,15 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
             found.push(error.help("give the collection another name"));
         }
     }
-    if let Some(world) = &component.world {
+    if let Some(world) = &component.world
+        && world.schema.is_none()
+    {
+        let message = "a component in Python has a world of one schema";
+        let error = Diagnostic::error("not-in-python", world.span, message);
+        found.push(
+            error.help("name a schema: `world \"FILE.gdsl\" as g`, or write the component in Rust"),
+        );
+    } else if let Some(world) = &component.world {
         let field = names::snake(&world.name.text);
         if names::is_of_context(&field) {
             let message = format!(

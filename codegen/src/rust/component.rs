@@ -52,6 +52,7 @@ pub(crate) struct Component<'a> {
     /// The fields of the context that have the solvers of robots, which are modules as well.
     pub(crate) kinematics: Vec<Kinematics<'a>>,
     world: Option<world::World<'a>>,
+    any_world: Option<world::AnyWorld<'a>>,
     pub(crate) machine: Option<Machine<'a>>,
     /// Values that know their age.
     freshness: Freshness,
@@ -93,7 +94,12 @@ impl Component<'_> {
         !self.freshness.is_empty()
     }
 
-    /// Whether it shares a world.
+    /// Whether it shares the world of any network.
+    pub(crate) fn has_any_world(&self) -> bool {
+        self.any_world.is_some()
+    }
+
+    /// Whether it shares a world of its schema.
     pub(crate) fn has_world(&self) -> bool {
         self.world.is_some()
     }
@@ -147,6 +153,7 @@ pub(crate) fn of(view: &view::Component) -> Component<'_> {
             .map(|one| Kinematics::of(one, names::snake(&one.name), &one.rust))
             .collect(),
         world,
+        any_world: world::any(view),
         machine: view.machine.as_ref().map(machine::of),
         reexports: reexports::of_root(view, &slots, &asynchronous, &freshness),
         context_imports: context_imports(view),
@@ -193,7 +200,10 @@ fn modules(view: &view::Component, receives: bool, keeps: bool) -> Vec<&'static 
         ("pub mod machine", view.machine.is_some()),
         ("pub mod parameters", view.parameters.is_some()),
         ("mod slots", receives),
-        ("pub mod world", view.world.is_some()),
+        (
+            "pub mod world",
+            view.world.is_some() || view.any_world.is_some(),
+        ),
     ];
     those(&all)
 }

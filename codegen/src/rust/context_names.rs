@@ -52,7 +52,12 @@ pub(crate) fn check(component: &rc_cdsl::Component, found: &mut Diagnostics) {
         handlers.push((&name.text, method));
     }
     let robots = component.kinematics.iter().map(|(_, name)| (name, "robot"));
-    let world = component.world.iter().map(|world| (&world.name, "world"));
+    // The worker of a world of any schema has its slots, but no replica in its context.
+    let world = component
+        .world
+        .iter()
+        .filter(|world| world.schema.is_some());
+    let world = world.map(|world| (&world.name, "world"));
     for (robot, what) in robots.chain(world) {
         let field = names::snake(&robot.text);
         let is_own = OWN.contains(&field.as_str())

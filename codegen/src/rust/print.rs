@@ -52,7 +52,7 @@ impl Template {
     }
 }
 
-static TEMPLATES: [Template; 23] = [
+static TEMPLATES: [Template; 24] = [
     Template::code(templates!["rust": "module.rs", "type", "in_place", "interface", "words"]),
     Template::code(templates!["rust": "testing.rs"]),
     Template::code(templates!["rust": "adapter.rs"]),
@@ -67,6 +67,7 @@ static TEMPLATES: [Template; 23] = [
     Template::code(templates!["rust": "parameters.rs", "words"]),
     Template::new(templates!["rust": "machine.rs"], true, false),
     Template::new(templates!["rust": "world.rs"], true, false),
+    Template::new(templates!["rust": "any_world.rs"], true, false),
     Template::new(templates!["rust": "asynchronous.rs"], true, false),
     Template::new(templates!["rust": "freshness.rs"], true, false),
     Template::new(templates!["rust": "cargo.toml"], false, true),
@@ -234,6 +235,9 @@ fn jobs(component: &Component) -> Vec<Job> {
     ];
     let generic = generic.into_iter().chain(sometimes.map(|(name, _)| *name));
     jobs.extend(generic.map(|name| job(src.join(name), Owner::Generic, name)));
+    if component.has_any_world() {
+        jobs.push(job(src.join("world.rs"), Owner::Generic, "any_world.rs"));
+    }
     let manifest = Path::new(GENERATED).join("Cargo.toml");
     jobs.push(job(manifest, Owner::Generic, "cargo.toml"));
     let specific = [

@@ -107,6 +107,24 @@ struct Parameter {
     make: &'static str,
 }
 
+/// The world of any network: what `templates/rust/any_world.rs.tera` prints.
+#[derive(Debug, Serialize)]
+pub(crate) struct AnyWorld<'a> {
+    name: &'a str,
+    /// The calls that add rights to none.
+    rights: Vec<String>,
+    everything: bool,
+}
+
+pub(super) fn any(view: &view::Component) -> Option<AnyWorld<'_>> {
+    let world = view.any_world.as_ref()?;
+    Some(AnyWorld {
+        name: &world.name,
+        rights: world.writes.iter().flatten().map(right).collect(),
+        everything: world.writes.is_none(),
+    })
+}
+
 pub(super) fn of(view: &view::Component) -> Option<World<'_>> {
     let world = view.world.as_ref()?;
     let Declarations { types, queries } =

@@ -3,7 +3,7 @@
 use super::library::{self, Module};
 use super::machine::{self, Machine};
 use super::parameters::{self, Parameters};
-use super::world::{self, World};
+use super::world::{self, AnyWorld, World};
 use crate::note::Note;
 use crate::project::Project;
 use crate::{ros, viewer};
@@ -70,6 +70,9 @@ pub struct Component {
     /// The graph that the component shares with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world: Option<World>,
+    /// The same, if it is that of any network, with slots of the worker.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub any_world: Option<AnyWorld>,
     /// The state machine, if the component has one.
     pub machine: Option<Machine>,
     /// The JSON Schema of a configuration.
@@ -390,6 +393,7 @@ pub fn of(project: &Project, generated_for: impl Into<Middlewares>) -> (Componen
         parameters: project.parameters.as_ref().map(parameters::of),
         kinematics: project.kinematics.iter().map(Kinematics::of).collect(),
         world: world::of(project),
+        any_world: world::any(project),
         machine: machine(project, &mut found),
         schema: schema(project),
         python: component.python.map(|python| Python {

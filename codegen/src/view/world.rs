@@ -32,6 +32,17 @@ pub struct World {
     pub files: Vec<(String, String)>,
 }
 
+/// The world of any network, whose schema the worker reads when it starts.
+#[derive(Debug, Serialize)]
+pub struct AnyWorld {
+    /// Its name in the worker, and that of its first slot.
+    pub name: String,
+    /// The types and attributes that the component sets. `None` for everything.
+    pub writes: Option<Vec<Written>>,
+    /// The types of which it gets each change. `None` for everything.
+    pub reads: Option<Vec<String>>,
+}
+
 /// A type or an attribute that a component sets.
 #[derive(Debug, Serialize)]
 pub struct Written {
@@ -116,17 +127,34 @@ pub(super) fn of(project: &Project) -> Option<World> {
     let access = declared.access.as_ref();
     Some(World {
         name: declared.name.text.clone(),
-        schema: declared.schema.text.clone(),
+        schema: declared.schema.as_ref()?.text.clone(),
         domain: world.schema.name.clone(),
-        writes: access.map(|access| access.writes.iter().map(written).collect()),
-        reads: access.map(|access| {
-            let reads = access.reads.iter();
-            reads.map(|kind| kind.text.clone()).collect()
-        }),
+        writes: writes(access),
+        reads: reads(access),
         types: types(world, access),
         queries: world.schema.queries.iter().map(query).collect(),
         files: world.files.clone(),
     })
+}
+
+/// The component's access to the world of any network, if it has that.
+pub(super) fn any(project: &Project) -> Option<AnyWorld> {
+    let declared = project.component.world.as_ref();
+    let declared = declared.filter(|world| world.schema.is_none())?;
+    let access = declared.access.as_ref();
+    Some(AnyWorld {
+        name: declared.name.text.clone(),
+        writes: writes(access),
+        reads: reads(access),
+    })
+}
+
+fn writes(access: Option<&Access>) -> Option<Vec<Written>> {
+    access.map(|access| access.writes.iter().map(written).collect())
+}
+
+fn reads(access: Option<&Access>) -> Option<Vec<String>> {
+    access.map(|access| access.reads.iter().map(|kind| kind.text.clone()).collect())
 }
 
 fn written(write: &rc_cdsl::model::Write) -> Written {

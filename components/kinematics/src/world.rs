@@ -7,6 +7,7 @@ use kinematics_generated::interfaces::world::WorldPublisher;
 use kinematics_generated::interfaces::world_stream::WorldStreamPublisher;
 use kinematics_generated::network_time::Time;
 use kinematics_generated::tracing::warn;
+use kinematics_generated::world::rights;
 use kinematics_generated::{Context, HandlerError};
 use property_graph::{Edit, Error, NodeId, Snapshot, Value};
 use rc_diagnostics::SourceMap;
@@ -14,7 +15,7 @@ use rc_middleware::Reader;
 use rc_quantity::Axes;
 use rc_quantity::rotation::EulerOrder;
 use rc_robot::{Grounding, Robot, State};
-use rc_world::{Message, Rights};
+use rc_world::Message;
 use rc_world_member::{Driver, Interface, place};
 use std::collections::HashMap;
 use std::path::Path;
@@ -25,9 +26,6 @@ use std::time::Duration;
 const FRAME: &str = "Frame";
 const RT: &str = "RT";
 const POSE: &str = "pose";
-
-/// How often poses are sent at most. `rcdeploy plan` says so, too (`codegen/network/src/keeper.rs`).
-const EACH: Duration = Duration::from_millis(20);
 
 /// The longest wait for frames with which the world starts: those of the robot may be among them.
 const STARTING: Duration = Duration::from_secs(4);
@@ -84,7 +82,7 @@ impl World {
     /// Why its schema is not readable.
     pub(crate) fn open(ctx: &Context, robot: &Robot, now: &[f64]) -> Result<Option<Self>, String> {
         let path = &ctx.params.schema;
-        if path.as_os_str().is_empty() || !ctx.params.publish_frames {
+        if path.as_os_str().is_empty() {
             return Ok(None);
         }
         let (schema, files) = schema(path)?;
@@ -109,8 +107,6 @@ impl World {
             Axes::ROS
         };
         let grounding = Grounding { axes, metre: 1.0 };
-        let rights = Rights::nothing().with_type(FRAME).with_type(RT);
-        let rights = rights.with_stream(RT, POSE, EACH);
         // A file that keeps the world is there from its second run on.
         let (start, keep) = (&ctx.params.start, &ctx.params.keep);
         let starting = if !start.as_os_str().is_empty() || keep.is_file() {
@@ -119,7 +115,7 @@ impl World {
             STARTING
         };
         Ok(Some(Self {
-            driver: Driver::new(ctx, Arc::new(schema), rights),
+            driver: Driver::new(ctx, Arc::new(schema), rights()),
             until: ctx.now() + starting,
             robot: grounding.of(robot),
             wanted: Some(now.to_vec()),

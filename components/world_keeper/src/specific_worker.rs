@@ -3,7 +3,7 @@
 use crate::files;
 use property_graph::Snapshot;
 use rc_middleware::Reader;
-use rc_world::{Message, Rights};
+use rc_world::Message;
 use rc_world_member::{Driver, Interface, place};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use world_keeper_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_keeper_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
 use world_keeper_generated::network_time::Time;
 use world_keeper_generated::tracing::{info, warn};
+use world_keeper_generated::world::rights;
 use world_keeper_generated::{Context, HandlerError, Worker, WorkerError};
 
 /// The replica, and what of it is in the file.
@@ -39,7 +40,7 @@ impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
         let schema = files::schema(&ctx.params.schema).map_err(WorkerError::Fatal)?;
         let schema = Arc::new(schema);
-        let world = Driver::new(ctx, Arc::clone(&schema), Rights::everything());
+        let world = Driver::new(ctx, Arc::clone(&schema), rights());
         let (start, keep) = (&ctx.params.start, &ctx.params.keep);
         // The kept file is later than the start file.
         let is_kept = keep.is_file();

@@ -67,12 +67,7 @@ const BRIDGES: [(usize, usize); 4] = [(0, 6), (6, 10), (10, 14), (14, 17)];
 const DOMAIN: u32 = 219;
 
 /// The slots of an agent: two that it publishes, two that it subscribes to.
-fn slots(at: usize) -> [&'static str; 4] {
-    match AGENTS[at].2 {
-        Rust => ["told", "values", "peers", "streams"],
-        Python => ["g", "g_stream", "g_peers", "g_streams"],
-    }
-}
+const SLOTS: [&str; 4] = ["g", "g_stream", "g_peers", "g_streams"];
 
 /// The clauses of the network before its components.
 fn head() -> String {
@@ -93,7 +88,7 @@ fn head() -> String {
             ""
         };
         for (hears, tells) in [(first, second), (second, first)] {
-            let ([_, _, state, stream], [told, values, ..]) = (slots(hears), slots(tells));
+            let [told, values, state, stream] = SLOTS;
             let (hears, tells) = (Agents::name(hears), Agents::name(tells));
             head += &format!("\n    bind {hears}.{state} -> {tells}.{told}{convert};");
             head += &format!("\n    bind {hears}.{stream} -> {tells}.{values}{convert};");

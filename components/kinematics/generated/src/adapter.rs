@@ -21,9 +21,9 @@ impl<W: Handlers> Serving<W> for Context {
     const SLOTS: &'static [SlotEntry<W, Self>] = &[
         SlotEntry::serves(<W as interfaces::kinematics::ServeKinematics<Context>>::serve),
         SlotEntry::receives(<W as interfaces::joint_state_pub::ReceiveJointStatePub<Context>>::receive),
+        SlotEntry::sends(), SlotEntry::sends(), SlotEntry::sends(),
         SlotEntry::receives(<W as interfaces::world::ReceiveWorld<Context>>::receive),
-        SlotEntry::receives(<W as interfaces::world_stream::ReceiveWorldStream<Context>>::receive), SlotEntry::sends(),
-        SlotEntry::sends(), SlotEntry::sends(),
+        SlotEntry::receives(<W as interfaces::world_stream::ReceiveWorldStream<Context>>::receive),
     ];
 }
 

@@ -15,20 +15,20 @@ pub(crate) const TYPES_KINEMATICS: &[&str] = &[];
 /// The middleware's names for the types of `joints`, if it has its own.
 pub(crate) const TYPES_JOINTS: &[&str] = &[];
 
-/// The middleware's names for the types of `peers`, if it has its own.
-pub(crate) const TYPES_PEERS: &[&str] = &[];
-
-/// The middleware's names for the types of `streams`, if it has its own.
-pub(crate) const TYPES_STREAMS: &[&str] = &[];
-
 /// The middleware's names for the types of `frames`, if it has its own.
 pub(crate) const TYPES_FRAMES: &[&str] = &[];
 
-/// The middleware's names for the types of `World`, if it has its own.
+/// The middleware's names for the types of `world`, if it has its own.
 pub(crate) const TYPES_WORLD: &[&str] = &[];
 
-/// The middleware's names for the types of `WorldStream`, if it has its own.
+/// The middleware's names for the types of `world_stream`, if it has its own.
 pub(crate) const TYPES_WORLD_STREAM: &[&str] = &[];
 
+/// The middleware's names for the types of `world_peers`, if it has its own.
+pub(crate) const TYPES_WORLD_PEERS: &[&str] = &[];
+
+/// The middleware's names for the types of `world_streams`, if it has its own.
+pub(crate) const TYPES_WORLD_STREAMS: &[&str] = &[];
+
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"452fd0433d6b0b21\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"kinematics\",\"model\":\"b0fbfe2bfea67a5e\",\"middleware\":\"iceoryx2\"}\0";

@@ -24,9 +24,9 @@ impl WorkerContext for Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            frames: interfaces::transform_pub::TransformPubPublisher::new(ports.publishers(4))?,
-            world: interfaces::world::WorldPublisher::new(ports.publishers(5))?,
-            world_stream: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(6))?,
+            frames: interfaces::transform_pub::TransformPubPublisher::new(ports.publishers(2))?,
+            world: interfaces::world::WorldPublisher::new(ports.publishers(3))?,
+            world_stream: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(4))?,
         })
     }
 
@@ -35,9 +35,9 @@ impl WorkerContext for Context {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        peers[4] = self.frames.subscribers();
-        peers[5] = self.world.subscribers();
-        peers[6] = self.world_stream.subscribers();
+        peers[2] = self.frames.subscribers();
+        peers[3] = self.world.subscribers();
+        peers[4] = self.world_stream.subscribers();
     }
 }
 

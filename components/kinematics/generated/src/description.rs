@@ -40,40 +40,6 @@ const SLOT_JOINTS: Slot = Slot {
     external_types: backend::TYPES_JOINTS,
 };
 
-const SLOT_PEERS: Slot = Slot {
-    name: "peers",
-    role: Role::SubscribesTo,
-    interface: "World",
-    type_name: "RcWorld::World",
-    type_hash: 0x58e53eaa54d8832d,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::Reliable,
-        depth: 64,
-        ..Qos::SUBSCRIBER
-    },
-    is_array: false,
-    operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_PEERS,
-};
-
-const SLOT_STREAMS: Slot = Slot {
-    name: "streams",
-    role: Role::SubscribesTo,
-    interface: "WorldStream",
-    type_name: "RcWorld::WorldStream",
-    type_hash: 0xe19717e82fbafe2e,
-    backend: backend::MIDDLEWARE,
-    qos: Qos {
-        reliability: Reliability::BestEffort,
-        depth: 64,
-        ..Qos::SUBSCRIBER
-    },
-    is_array: false,
-    operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_STREAMS,
-};
-
 const SLOT_FRAMES: Slot = Slot {
     name: "frames",
     role: Role::Publishes,
@@ -92,7 +58,7 @@ const SLOT_FRAMES: Slot = Slot {
 };
 
 const SLOT_WORLD: Slot = Slot {
-    name: "World",
+    name: "world",
     role: Role::Publishes,
     interface: "World",
     type_name: "RcWorld::World",
@@ -109,7 +75,7 @@ const SLOT_WORLD: Slot = Slot {
 };
 
 const SLOT_WORLD_STREAM: Slot = Slot {
-    name: "WorldStream",
+    name: "world_stream",
     role: Role::Publishes,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -125,15 +91,51 @@ const SLOT_WORLD_STREAM: Slot = Slot {
     external_types: backend::TYPES_WORLD_STREAM,
 };
 
+const SLOT_WORLD_PEERS: Slot = Slot {
+    name: "world_peers",
+    role: Role::SubscribesTo,
+    interface: "World",
+    type_name: "RcWorld::World",
+    type_hash: 0x58e53eaa54d8832d,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::Reliable,
+        depth: 64,
+        ..Qos::SUBSCRIBER
+    },
+    is_array: false,
+    operations: interfaces::world::OPERATIONS,
+    external_types: backend::TYPES_WORLD_PEERS,
+};
+
+const SLOT_WORLD_STREAMS: Slot = Slot {
+    name: "world_streams",
+    role: Role::SubscribesTo,
+    interface: "WorldStream",
+    type_name: "RcWorld::WorldStream",
+    type_hash: 0xe19717e82fbafe2e,
+    backend: backend::MIDDLEWARE,
+    qos: Qos {
+        reliability: Reliability::BestEffort,
+        depth: 64,
+        ..Qos::SUBSCRIBER
+    },
+    is_array: false,
+    operations: interfaces::world_stream::OPERATIONS,
+    external_types: backend::TYPES_WORLD_STREAMS,
+};
+
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "kinematics",
-    model_hash: 0x452fd0433d6b0b21,
+    model_hash: 0xb0fbfe2bfea67a5e,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_KINEMATICS, SLOT_JOINTS, SLOT_PEERS, SLOT_STREAMS, SLOT_FRAMES, SLOT_WORLD, SLOT_WORLD_STREAM],
+    slots: &[
+        SLOT_KINEMATICS, SLOT_JOINTS, SLOT_FRAMES, SLOT_WORLD, SLOT_WORLD_STREAM, SLOT_WORLD_PEERS, SLOT_WORLD_STREAMS,
+    ],
     types: &[
         ::interfaces::rc_kinematics::RC_DESCRIPTION, ::interfaces::rc_world::RC_DESCRIPTION,
         ::interfaces::transforms::RC_DESCRIPTION,

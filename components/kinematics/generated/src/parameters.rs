@@ -4,7 +4,7 @@
 use rc_runtime::Values;
 
 /// What the checker of configurations reads.
-pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"schema","doc":["The schema of that world, which a network with a world sets. Empty: there is none."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"start","doc":["The graph with which that world starts, which the network sets, too: frames of the robot come after those of the file."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"keep","doc":["The file in which that world is kept, and starts again."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}}]}"###;
+pub(crate) const SCHEMA: &str = r###"{"name":"kinematics","parameters":[{"name":"robot","doc":["The robot: a URDF, or a `.kdsl` with several robots, and where they stand."],"kind":{"scalar":{"type":"path"}},"default":{"text":"../../kinematics/examples/six.urdf"},"restart":true,"reads":"file"},{"name":"publish_frames","doc":["Publishes where the links are whenever positions of joints arrive."],"kind":{"scalar":{"type":"bool"}},"default":{"bool":true}},{"name":"schema","doc":["The schema of the world that gets the frames, too. A network with a world sets it. Empty: the component leaves the world alone."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"start","doc":["The graph with which that world starts, which the network sets, too: frames of the robot come after those of the file."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}},{"name":"keep","doc":["The file in which that world is kept, and starts again."],"kind":{"scalar":{"type":"path"}},"default":{"text":""}}]}"###;
 
 /// The parameters `kinematics`.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,11 +13,11 @@ pub struct Params {
     ///
     /// Allowed: a path as a string.
     pub robot: std::path::PathBuf,
-    /// Publishes where the links are whenever positions of joints arrive, and writes it into the world of the network.
+    /// Publishes where the links are whenever positions of joints arrive.
     ///
     /// Allowed: `true` or `false`.
     pub publish_frames: bool,
-    /// The schema of that world, which a network with a world sets. Empty: there is none.
+    /// The schema of the world that gets the frames, too. A network with a world sets it. Empty: the component leaves the world alone.
     ///
     /// Allowed: a path as a string.
     pub schema: std::path::PathBuf,

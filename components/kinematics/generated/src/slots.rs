@@ -3,5 +3,5 @@
 
 pub use crate::interfaces::kinematics::Kinematics;
 pub use crate::interfaces::joint_state_pub::JointStatePub as Joints;
-pub use crate::interfaces::world::World as Peers;
-pub use crate::interfaces::world_stream::WorldStream as Streams;
+pub use crate::interfaces::world::World as WorldPeers;
+pub use crate::interfaces::world_stream::WorldStream as WorldStreams;

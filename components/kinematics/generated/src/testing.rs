@@ -9,9 +9,9 @@ rc_runtime::test_context! {
     crate::context::Context, crate::description::DESCRIPTION, crate::parameters::Params;
 
     /// The subscriber, which keeps the samples, of `frames`.
-    frames: FakeSubscriber<FramesSample> = 4,
-    /// The subscriber, which keeps the samples, of `World`.
-    world: FakeSubscriber<WorldSample> = 5,
-    /// The subscriber, which keeps the samples, of `WorldStream`.
-    world_stream: FakeSubscriber<WorldStreamSample> = 6,
+    frames: FakeSubscriber<FramesSample> = 2,
+    /// The subscriber, which keeps the samples, of `world`.
+    world: FakeSubscriber<WorldSample> = 3,
+    /// The subscriber, which keeps the samples, of `world_stream`.
+    world_stream: FakeSubscriber<WorldStreamSample> = 4,
 }

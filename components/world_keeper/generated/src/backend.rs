@@ -9,17 +9,17 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// All middlewares of the component.
 pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 
-/// The middleware's names for the types of `World`, if it has its own.
+/// The middleware's names for the types of `world`, if it has its own.
 pub(crate) const TYPES_WORLD: &[&str] = &[];
 
-/// The middleware's names for the types of `WorldStream`, if it has its own.
+/// The middleware's names for the types of `world_stream`, if it has its own.
 pub(crate) const TYPES_WORLD_STREAM: &[&str] = &[];
 
-/// The middleware's names for the types of `peers`, if it has its own.
-pub(crate) const TYPES_PEERS: &[&str] = &[];
+/// The middleware's names for the types of `world_peers`, if it has its own.
+pub(crate) const TYPES_WORLD_PEERS: &[&str] = &[];
 
-/// The middleware's names for the types of `streams`, if it has its own.
-pub(crate) const TYPES_STREAMS: &[&str] = &[];
+/// The middleware's names for the types of `world_streams`, if it has its own.
+pub(crate) const TYPES_WORLD_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_keeper\",\"model\":\"c5de764623a8a426\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_keeper\",\"model\":\"aa09253142957224\",\"middleware\":\"iceoryx2\"}\0";

@@ -11,7 +11,7 @@ use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
 const SLOT_WORLD: Slot = Slot {
-    name: "World",
+    name: "world",
     role: Role::Publishes,
     interface: "World",
     type_name: "RcWorld::World",
@@ -28,7 +28,7 @@ const SLOT_WORLD: Slot = Slot {
 };
 
 const SLOT_WORLD_STREAM: Slot = Slot {
-    name: "WorldStream",
+    name: "world_stream",
     role: Role::Publishes,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -44,8 +44,8 @@ const SLOT_WORLD_STREAM: Slot = Slot {
     external_types: backend::TYPES_WORLD_STREAM,
 };
 
-const SLOT_PEERS: Slot = Slot {
-    name: "peers",
+const SLOT_WORLD_PEERS: Slot = Slot {
+    name: "world_peers",
     role: Role::SubscribesTo,
     interface: "World",
     type_name: "RcWorld::World",
@@ -58,11 +58,11 @@ const SLOT_PEERS: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_PEERS,
+    external_types: backend::TYPES_WORLD_PEERS,
 };
 
-const SLOT_STREAMS: Slot = Slot {
-    name: "streams",
+const SLOT_WORLD_STREAMS: Slot = Slot {
+    name: "world_streams",
     role: Role::SubscribesTo,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -75,18 +75,18 @@ const SLOT_STREAMS: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_STREAMS,
+    external_types: backend::TYPES_WORLD_STREAMS,
 };
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "world_keeper",
-    model_hash: 0xc5de764623a8a426,
+    model_hash: 0xaa09253142957224,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 100000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_WORLD, SLOT_WORLD_STREAM, SLOT_PEERS, SLOT_STREAMS],
+    slots: &[SLOT_WORLD, SLOT_WORLD_STREAM, SLOT_WORLD_PEERS, SLOT_WORLD_STREAMS],
     types: &[::interfaces::rc_world::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,

@@ -10,6 +10,7 @@ mod description;
 pub mod interfaces;
 pub mod parameters;
 mod slots;
+pub mod world;
 
 #[cfg(feature = "testing")]
 pub mod testing;
@@ -20,7 +21,7 @@ pub use context::Context;
 pub use parameters::Params;
 pub use rc_runtime::Worker;
 pub use self::interfaces::*;
-pub use slots::{Peers, Streams};
+pub use slots::{WorldPeers, WorldStreams};
 pub use types::*;
 
 rc_runtime::names_of_workers!();

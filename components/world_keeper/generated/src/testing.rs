@@ -7,8 +7,8 @@ pub use rc_runtime::testing::{ FakeServer, FakeSubscriber, Fault, in_place};
 rc_runtime::test_context! {
     crate::context::Context, crate::description::DESCRIPTION, crate::parameters::Params;
 
-    /// The subscriber, which keeps the samples, of `World`.
+    /// The subscriber, which keeps the samples, of `world`.
     world: FakeSubscriber<WorldSample> = 0,
-    /// The subscriber, which keeps the samples, of `WorldStream`.
+    /// The subscriber, which keeps the samples, of `world_stream`.
     world_stream: FakeSubscriber<WorldStreamSample> = 1,
 }

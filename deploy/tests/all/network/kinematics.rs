@@ -186,24 +186,25 @@ fn frames_of_a_robot_are_in_the_world_of_its_network() {
     let plan = site.rcdeploy(&["plan", "--profile", "dev"], true);
     for line in [
         "world g: home.gdsl, begins with kitchen.graph",
-        "    keeper      writes and reads everything",
-        "    kinematics  writes Frame, RT, RT.pose stream 20ms",
+        "    keeper      writes nothing",
+        "    kinematics  writes Frame shared, RT shared, RT.pose stream 20ms shared",
     ] {
         assert!(plan.stdout.contains(line), "{plan:?}");
     }
-    let unsaid = [
-        "plan",
-        "--profile",
-        "dev",
-        "--set",
-        "kinematics.publish_frames=false",
-    ];
-    let plan = site.rcdeploy(&unsaid, true);
-    assert!(
-        plan.stdout.contains("writes and reads everything"),
-        "{plan:?}"
-    );
+    // Without a schema, it leaves the world alone.
+    let alone = ["plan", "--profile", "dev", "--set", "kinematics.schema="];
+    let plan = site.rcdeploy(&alone, true);
+    assert!(plan.stdout.contains("writes nothing"), "{plan:?}");
     assert!(!plan.stdout.contains("writes Frame"), "{plan:?}");
+    // Another component that writes frames must say that it shares them.
+    let own = "Component placer { Communications { }; language rust; world \"home.gdsl\" as g { writes RT; }; };";
+    site.write("placer.cdsl", own);
+    let placer = "    Component placer { cdsl \"placer.cdsl\"; };\n    Component keeper";
+    site.write_ddsl(&SHARED.replacen("    Component keeper", placer, 1));
+    let checked = site.rcdeploy(&["check", "--profile", "dev"], true);
+    let found = "`kinematics` writes `RT`, and `placer` writes `RT`";
+    assert!(checked.stderr.contains(found), "{checked:?}");
+    site.write_ddsl(SHARED);
     let up = site.rcdeploy(&["up", "--detach", "--profile", "dev"], true);
     assert_eq!(up.code, 0, "{up:?}");
     let tool = |words: &[&str]| site.rcdeploy(words, false);

@@ -1,5 +1,5 @@
 (comment) @comment
-["as" "available" "budget" "collect" "communications" "component" "dependencies" "exact" "external" "gui" "h" "implements" "import" "kinematics" "language" "latest" "lifecycle" "min" "ms" "optional" "options" "parameters" "period" "publishes" "python" "reactions" "reads" "request" "requires" "s" "shared" "simulates" "spin" "statemachine" "stream" "subscribesto" "time" "us" "venv" "visual" "within" "world" "writes"] @keyword
+["any" "as" "available" "budget" "collect" "communications" "component" "dependencies" "exact" "external" "gui" "h" "implements" "import" "kinematics" "language" "latest" "lifecycle" "min" "ms" "optional" "options" "parameters" "period" "publishes" "python" "reactions" "reads" "request" "requires" "s" "shared" "simulates" "spin" "statemachine" "stream" "subscribesto" "time" "us" "venv" "visual" "within" "world" "writes"] @keyword
 (component "component" . (name) @type)
 (gui "gui" . (name) @type)
 (options "options" . (name) @type)

@@ -116,7 +116,7 @@ fn start(role: &Role, middleware: &str, network: &str, number: usize) -> Result<
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut command = Command::new(program);
     command.args(["--network", network, "--name", &format!("agent{number}")]);
-    for slot in ["told", "values", "peers", "streams"] {
+    for slot in ["g", "g_stream", "g_peers", "g_streams"] {
         command.args(["--transport", &format!("{slot}={middleware}")]);
     }
     if middleware != SHARED {

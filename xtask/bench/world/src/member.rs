@@ -325,15 +325,15 @@ impl Member {
     fn publish(&mut self, ctx: &mut Linked) -> Result<(), WorkerError> {
         if self.role.nodes > 1 {
             self.whole.time = nanos();
-            let sent = ctx.0.told.change(&self.whole);
+            let sent = ctx.0.g.change(&self.whole);
             return sent.map_err(|error| WorkerError::Failed(error.to_string()));
         }
         let (bytes, at) = &mut self.sample;
         bytes[*at..*at + 8].copy_from_slice(&nanos().to_le_bytes());
         let topic = if self.role.stream {
-            ctx.0.values.rc_topic(0)
+            ctx.0.g_stream.rc_topic(0)
         } else {
-            ctx.0.told.rc_topic(0)
+            ctx.0.g.rc_topic(0)
         };
         let sent = topic.map_or(Ok(()), |topic| {
             topic.publish_with(|writer| writer.raw(bytes))
@@ -346,7 +346,7 @@ impl Member {
             return;
         }
         let now = ctx.now();
-        let (state, stream) = (&mut ctx.0.told, &mut ctx.0.values);
+        let (state, stream) = (&mut ctx.0.g, &mut ctx.0.g_stream);
         let asked = &mut self.asked;
         self.world.turn(now, &mut |message| {
             if message.topic() == Topic::Ask {

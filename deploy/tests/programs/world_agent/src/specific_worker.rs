@@ -3,7 +3,7 @@
 
 use rc_middleware::{Reader, Writer};
 use rc_world::property_graph::{EdgeId, Edit, Element, Error as GraphError, Id, NodeId, Value};
-use rc_world::{Message, Rights, Topic};
+use rc_world::{Message, Topic};
 use rc_world_member::{Driver, Interface, place};
 use std::fmt::Write as _;
 use std::fs::File;
@@ -13,6 +13,7 @@ use std::time::Duration;
 use world_agent_generated::interfaces::world::{ReceiveWorld, WorldPublisher};
 use world_agent_generated::interfaces::world_stream::{ReceiveWorldStream, WorldStreamPublisher};
 use world_agent_generated::tracing::warn;
+use world_agent_generated::world::rights;
 use world_agent_generated::{Context, HandlerError, Worker, WorkerError};
 
 /// How many elements a world of these agents has at most, about.
@@ -60,10 +61,9 @@ impl Log {
 
 impl Worker<Context> for SpecificWorker {
     fn initialize(ctx: &mut Context) -> Result<Self, WorkerError> {
-        let rights = Rights::everything().with_stream("thing", "at", Duration::from_millis(20));
         let files = [("things.gdsl", include_str!("../things.gdsl"))];
         let schema = rc_world_typed::schema(ctx, &files).map_err(WorkerError::Fatal)?;
-        let world = Driver::new(ctx, schema, rights);
+        let world = Driver::new(ctx, schema, rights());
         let folder = ctx.params.folder.clone();
         let writer = world.state().writer;
         let file = File::create(folder.join(format!("{writer}.log")));
@@ -95,7 +95,7 @@ impl Worker<Context> for SpecificWorker {
     }
 
     fn finalize(&mut self, ctx: &mut Context) {
-        let (state, stream) = (&mut ctx.told, &mut ctx.values);
+        let (state, stream) = (&mut ctx.g, &mut ctx.g_stream);
         self.world
             .leave(&mut |message| send(state, stream, message));
         if !self.folder.join("stop").exists() {
@@ -114,7 +114,7 @@ impl Worker<Context> for SpecificWorker {
 impl SpecificWorker {
     fn turn(&mut self, ctx: &mut Context) {
         let now = ctx.now();
-        let (state, stream) = (&mut ctx.told, &mut ctx.values);
+        let (state, stream) = (&mut ctx.g, &mut ctx.g_stream);
         let log = &mut self.log;
         self.world.turn(now, &mut |message| {
             log.sent(message);

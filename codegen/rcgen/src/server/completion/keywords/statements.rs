@@ -82,7 +82,7 @@ pub(crate) const STATEMENTS: [(&str, &str, &[Keyword]); 35] = [
             ),
             (
                 "world",
-                "A graph that components share: `world \"kitchen.gdsl\" as g { reads room; };`",
+                "A graph that components share: `world \"kitchen.gdsl\" as g { reads room; };`, or `world any as g;`",
             ),
             ("period", "The default period of `compute`, such as `50ms`."),
             ("dependencies", "The crates that the worker uses."),

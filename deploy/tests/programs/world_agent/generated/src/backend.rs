@@ -9,17 +9,17 @@ pub(crate) const MIDDLEWARE: &str = "iceoryx2";
 /// All middlewares of the component.
 pub(crate) const BACKENDS: &[Linked] = &[rc_iceoryx2::LINKED];
 
-/// The middleware's names for the types of `told`, if it has its own.
-pub(crate) const TYPES_TOLD: &[&str] = &[];
+/// The middleware's names for the types of `g`, if it has its own.
+pub(crate) const TYPES_G: &[&str] = &[];
 
-/// The middleware's names for the types of `values`, if it has its own.
-pub(crate) const TYPES_VALUES: &[&str] = &[];
+/// The middleware's names for the types of `g_stream`, if it has its own.
+pub(crate) const TYPES_G_STREAM: &[&str] = &[];
 
-/// The middleware's names for the types of `peers`, if it has its own.
-pub(crate) const TYPES_PEERS: &[&str] = &[];
+/// The middleware's names for the types of `g_peers`, if it has its own.
+pub(crate) const TYPES_G_PEERS: &[&str] = &[];
 
-/// The middleware's names for the types of `streams`, if it has its own.
-pub(crate) const TYPES_STREAMS: &[&str] = &[];
+/// The middleware's names for the types of `g_streams`, if it has its own.
+pub(crate) const TYPES_G_STREAMS: &[&str] = &[];
 
 /// What tools find in the executable.
-pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"d1cb908e8480f4b0\",\"middleware\":\"iceoryx2\"}\0";
+pub(crate) const NOTE: &[u8] = b"\x02rc-note\x03\x1e\x1f{\"component\":\"world_agent\",\"model\":\"55242bda6e329ffa\",\"middleware\":\"iceoryx2\"}\0";

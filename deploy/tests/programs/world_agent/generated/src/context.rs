@@ -12,9 +12,9 @@ pub struct Context {
     /// The parameters of the configuration.
     pub params: Params,
     /// publishes `World`
-    pub told: interfaces::world::WorldPublisher,
+    pub g: interfaces::world::WorldPublisher,
     /// publishes `WorldStream`
-    pub values: interfaces::world_stream::WorldStreamPublisher,
+    pub g_stream: interfaces::world_stream::WorldStreamPublisher,
 }
 
 impl WorkerContext for Context {
@@ -22,8 +22,8 @@ impl WorkerContext for Context {
         Ok(Self {
             core,
             params: Params::from_values(values),
-            told: interfaces::world::WorldPublisher::new(ports.publishers(0))?,
-            values: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(1))?,
+            g: interfaces::world::WorldPublisher::new(ports.publishers(0))?,
+            g_stream: interfaces::world_stream::WorldStreamPublisher::new(ports.publishers(1))?,
         })
     }
 
@@ -32,8 +32,8 @@ impl WorkerContext for Context {
     }
 
     fn sending_peers(&self, peers: &mut [usize]) {
-        peers[0] = self.told.subscribers();
-        peers[1] = self.values.subscribers();
+        peers[0] = self.g.subscribers();
+        peers[1] = self.g_stream.subscribers();
     }
 }
 

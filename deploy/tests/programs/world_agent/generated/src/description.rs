@@ -10,8 +10,8 @@ use rc_runtime::middleware::Reliability;
 use rc_runtime::{Role, Slot};
 use std::time::Duration;
 
-const SLOT_TOLD: Slot = Slot {
-    name: "told",
+const SLOT_G: Slot = Slot {
+    name: "g",
     role: Role::Publishes,
     interface: "World",
     type_name: "RcWorld::World",
@@ -24,11 +24,11 @@ const SLOT_TOLD: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_TOLD,
+    external_types: backend::TYPES_G,
 };
 
-const SLOT_VALUES: Slot = Slot {
-    name: "values",
+const SLOT_G_STREAM: Slot = Slot {
+    name: "g_stream",
     role: Role::Publishes,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -41,11 +41,11 @@ const SLOT_VALUES: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_VALUES,
+    external_types: backend::TYPES_G_STREAM,
 };
 
-const SLOT_PEERS: Slot = Slot {
-    name: "peers",
+const SLOT_G_PEERS: Slot = Slot {
+    name: "g_peers",
     role: Role::SubscribesTo,
     interface: "World",
     type_name: "RcWorld::World",
@@ -58,11 +58,11 @@ const SLOT_PEERS: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world::OPERATIONS,
-    external_types: backend::TYPES_PEERS,
+    external_types: backend::TYPES_G_PEERS,
 };
 
-const SLOT_STREAMS: Slot = Slot {
-    name: "streams",
+const SLOT_G_STREAMS: Slot = Slot {
+    name: "g_streams",
     role: Role::SubscribesTo,
     interface: "WorldStream",
     type_name: "RcWorld::WorldStream",
@@ -75,18 +75,18 @@ const SLOT_STREAMS: Slot = Slot {
     },
     is_array: false,
     operations: interfaces::world_stream::OPERATIONS,
-    external_types: backend::TYPES_STREAMS,
+    external_types: backend::TYPES_G_STREAMS,
 };
 
 /// This component.
 pub(crate) static DESCRIPTION: Description = Description {
     name: "world_agent",
-    model_hash: 0xd1cb908e8480f4b0,
+    model_hash: 0x55242bda6e329ffa,
     middleware: backend::MIDDLEWARE,
     period: Duration::new(0, 10000000),
     parameters: Some(parameters::SCHEMA),
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/.."),
-    slots: &[SLOT_TOLD, SLOT_VALUES, SLOT_PEERS, SLOT_STREAMS],
+    slots: &[SLOT_G, SLOT_G_STREAM, SLOT_G_PEERS, SLOT_G_STREAMS],
     types: &[::interfaces::rc_world::RC_DESCRIPTION],
     backends: backend::BACKENDS,
     simulates_time: false,
