@@ -233,6 +233,14 @@ fn kept_world(world: &World, schema: &Schema, sources: &mut SourceMap, found: &m
         return;
     };
     let path = rc_codegen::paths::normal(&world.folder.join(&name.text));
+    let start = world
+        .start
+        .as_ref()
+        .map(|start| world.folder.join(&start.text));
+    // A world may be kept in its start file, which is read already.
+    if start.is_some_and(|start| rc_codegen::paths::normal(&start) == path) {
+        return;
+    }
     let mut inside = Diagnostics::new();
     let reason = match rc_files::read(&path) {
         Ok(text) => {
