@@ -194,7 +194,7 @@ impl Resolver<'_> {
         if let Some(world) = &world {
             slots.extend(world::slots(world, &slots, &self.library, self.found));
         } else {
-            world::undeclared(&slots, &self.library, self.found);
+            world::undeclared(&slots, &self.library, language.as_ref(), self.found);
         }
         if state_machine.is_none() {
             self.check_no_states(&slots, &seen);

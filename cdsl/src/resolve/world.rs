@@ -130,8 +130,18 @@ pub(super) fn slots(
     all
 }
 
-/// Reports slots by which replicas meet, of a component without the clause.
-pub(super) fn undeclared(slots: &[Slot], library: &Library, found: &mut Diagnostics) {
+/// Reports slots by which replicas meet, of a component without the clause, unless its language has none.
+pub(super) fn undeclared(
+    slots: &[Slot],
+    library: &Library,
+    language: Option<&Name>,
+    found: &mut Diagnostics,
+) {
+    let schema = match language.map_or("rust", |name| &name.text) {
+        "rust" => "any",
+        "python" => "\"FILE.gdsl\"",
+        _ => return,
+    };
     let of = WORLD_SLOTS[0];
     let slot = slots.iter().find(|slot| {
         slot.role == of.role && library.interface_path(slot.interface) == of.type_name
@@ -142,7 +152,9 @@ pub(super) fn undeclared(slots: &[Slot], library: &Library, found: &mut Diagnost
             slot.name
         );
         let warning = Diagnostic::warning("undeclared-world", slot.span, message);
-        found.push(warning.help("write `world any as g;` in place of the slots of `World.idsl`"));
+        found.push(warning.help(format!(
+            "write `world {schema} as g;` in place of the slots of `World.idsl`"
+        )));
     }
 }
 

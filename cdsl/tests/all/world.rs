@@ -82,13 +82,23 @@ fn a_world_of_any_network_has_slots_of_the_worker() {
 /// Another module may have an interface of this name.
 #[test]
 fn slots_of_a_world_without_its_clause_are_reported() {
-    let text = "import \"World.idsl\";\nComponent C { Communications { publishes World; }; language rust; };";
     let meet = include_str!("../../../components/interfaces/World.idsl");
     let other = "module Maps { interface World { void change(int of); }; };";
-    let expected = expect![[r#"
+    let in_rust = expect![[r#"
         c.cdsl:2:42: warning[undeclared-world]: `World` is a slot of a world, and the component has no clause `world` (write `world any as g;` in place of the slots of `World.idsl`)
     "#]];
-    for (module, expected) in [(meet, expected), (other, expect![[""]])] {
+    let in_python = expect![[r#"
+        c.cdsl:2:42: warning[undeclared-world]: `World` is a slot of a world, and the component has no clause `world` (write `world "FILE.gdsl" as g;` in place of the slots of `World.idsl`)
+    "#]];
+    for (module, language, expected) in [
+        (meet, "rust", in_rust),
+        (meet, "python", in_python),
+        (meet, "cpp", expect![[""]]),
+        (other, "rust", expect![[""]]),
+    ] {
+        let text = format!(
+            "import \"World.idsl\";\nComponent C {{ Communications {{ publishes World; }}; language {language}; }};"
+        );
         let mut sources = SourceMap::new();
         let source = sources.add("c.cdsl", text);
         let loader = MemoryLoader::new([("World.idsl", module)]);

@@ -78,7 +78,9 @@ pub(crate) fn check(
         return None;
     };
     let all_are_known = projects.iter().all(Option::is_some);
-    let is_user = |member: &Member<'_>| member.access() != Some(&Access::default());
+    // A keeper alone, which writes and reads nothing, has no world to keep.
+    let is_user =
+        |member: &Member<'_>| member.own.is_some() || member.access() != Some(&Access::default());
     if !members.iter().any(is_user) && all_are_known {
         let message = format!("no component shares the world `{}`", world.name.text);
         let warning = Diagnostic::warning("unused-world", world.name.span, message);
