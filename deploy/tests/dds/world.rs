@@ -96,7 +96,7 @@ impl Stranger {
         let mut command = agents.site.command(python);
         command.arg(script);
         for at in [place.tells, place.hears] {
-            for slot in ["told", "values"] {
+            for slot in ["g", "g_stream"] {
                 let (network, agent) = (&agents.site.network, Agents::name(at));
                 command.arg(format!("{network}/{agent}/{slot}"));
             }
@@ -415,8 +415,8 @@ fn agents_over_three_middlewares_end_equal() {
         };
         for (one, other) in [(first, second), (second, first)] {
             let (one, other) = (Agents::name(one), Agents::name(other));
-            head += &format!("\n    bind {one}.peers -> {other}.told{convert}");
-            head += &format!("\n    bind {one}.streams -> {other}.values{convert}");
+            head += &format!("\n    bind {one}.g_peers -> {other}.g{convert}");
+            head += &format!("\n    bind {one}.g_streams -> {other}.g_stream{convert}");
         }
     }
     let size = Size {
