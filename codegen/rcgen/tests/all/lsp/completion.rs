@@ -167,6 +167,7 @@ fn what_may_stand_at_a_cursor_is_suggested_in_broken_texts() {
             "language",
             "world \"home.gdsl\" as g { writes door.pose ▮ };\n    language",
         ),
+        ("hand.cdsl", "language", "world ▮ as g;\n    language"),
         (
             "net.ddsl",
             "    Host",

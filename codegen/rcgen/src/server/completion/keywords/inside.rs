@@ -4,7 +4,7 @@ use super::{CONDITION, Keyword};
 
 /// The keywords that are allowed inside a statement, by language and by the first word of the
 /// statement; `*` for any.
-pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 19] = [
+pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 20] = [
     (
         "idsl",
         "exception",
@@ -38,6 +38,11 @@ pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 19] = [
         "cdsl",
         "python",
         &[("venv", "`rcdeploy up --build` makes a virtual environment.")],
+    ),
+    (
+        "cdsl",
+        "world",
+        &[("any", "The schema is that of the network, whichever it has.")],
     ),
     (
         "cdsl",
