@@ -31,9 +31,9 @@ pub(crate) const TREE_LIBRARY: &str = "librobocomp_innermodel.so";
 pub(crate) const GRAPH_CRATE: &str = "rc-python-graph";
 pub(crate) const GRAPH_LIBRARY: &str = "librobocomp_graph.so";
 
-/// Keeps the build independent of the interpreter and the search path, as `.cargo/config.toml` of
-/// the framework does in its own folder.
-const WITHOUT_PYTHON: [&str; 2] = ["--config", "env.PYO3_NO_PYTHON=\"1\""];
+/// The settings of the framework, which cargo finds in that folder alone. With others, it would compile the same
+/// libraries in another way, in the place of those that running programs use.
+const SETTINGS: &str = ".cargo/config.toml";
 
 /// Parts of a component's folder that its variant shares.
 const SHARED: [&str; 2] = ["etc", "src"];
@@ -77,7 +77,7 @@ pub(crate) fn build(
     let mut args: Vec<OsString> = ["build", "--profile", profile.word()]
         .map(Into::into)
         .to_vec();
-    args.extend(WITHOUT_PYTHON.map(Into::into));
+    args.extend(["--config".into(), framework.join(SETTINGS).into()]);
     for name in crates {
         args.extend(["--package".into(), name.into()]);
     }

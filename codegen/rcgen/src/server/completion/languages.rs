@@ -128,9 +128,7 @@ impl Completion<'_> {
                 "statemachine" | "python" if context.statement.len() == 2 => {
                     of(keywords::of(&INSIDE, "cdsl", &word))
                 }
-                "world" if context.statement.len() == 1 => {
-                    of(keywords::of(&INSIDE, "cdsl", &word))
-                }
+                "world" if context.statement.len() == 1 => of(keywords::of(&INSIDE, "cdsl", &word)),
                 _ => Vec::new(),
             },
             ["component", "communications"] => match (Role::from_file(&word), last) {

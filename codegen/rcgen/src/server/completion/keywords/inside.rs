@@ -42,7 +42,10 @@ pub(crate) const INSIDE: [(&str, &str, &[Keyword]); 20] = [
     (
         "cdsl",
         "world",
-        &[("any", "The schema is that of the network, whichever it has.")],
+        &[(
+            "any",
+            "The schema is that of the network, whichever it has.",
+        )],
     ),
     (
         "cdsl",
