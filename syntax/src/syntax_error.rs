@@ -83,9 +83,13 @@ pub(crate) fn syntax_error<R: Language>(
     })
 }
 
-/// The word that a rule such as `kw_import` matches.
+/// The word that a rule such as `kw_import` matches. One with other words has a description.
 fn keyword<R: Language>(rule: &R) -> Option<String> {
-    format!("{rule:?}").strip_prefix("kw_").map(str::to_owned)
+    let name = format!("{rule:?}");
+    let word = name
+        .strip_prefix("kw_")
+        .filter(|_| rule.description().is_none());
+    word.map(str::to_owned)
 }
 
 fn is_word(text: &str) -> bool {

@@ -105,14 +105,14 @@ pub(crate) fn check(
     });
     let all_fit = fits.count() == members.len();
     let start = start(world, schema, sources, found);
-    if kept(world, found) {
+    if check_keep(world, found) {
         let mut all = deployment.instances.iter().zip(projects);
         let is_read_here = all.any(|(instance, project)| {
             let is_keeper = |project: &Rc<Project>| project.component.name.text == keeper::KEEPER;
             project.as_ref().is_some_and(is_keeper) && deployment.remote_host(instance).is_none()
         });
         if is_read_here {
-            kept_world(world, schema, sources, found);
+            check_kept(world, schema, sources, found);
         }
     }
     if all_fit && all_are_known {
@@ -230,7 +230,7 @@ fn document(
 }
 
 /// Reports a world that is kept already and that its keeper cannot read: it would not start.
-fn kept_world(world: &World, schema: &Schema, sources: &mut SourceMap, found: &mut Diagnostics) {
+fn check_kept(world: &World, schema: &Schema, sources: &mut SourceMap, found: &mut Diagnostics) {
     let Some((name, _)) = &world.keep else {
         return;
     };
@@ -279,7 +279,7 @@ fn nearest_in_folder(path: &Path) -> Option<String> {
 }
 
 /// Reports a file to keep the world in that cannot be written. Returns whether there is one that can.
-fn kept(world: &World, found: &mut Diagnostics) -> bool {
+fn check_keep(world: &World, found: &mut Diagnostics) -> bool {
     let Some((name, _)) = &world.keep else {
         return false;
     };
